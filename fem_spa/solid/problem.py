@@ -1,0 +1,173 @@
+"""What is to be solved: mesh, materials, loads, supports. Data only; `solve` in path.py works on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geometry.tagged import TaggedMesh
+from materials.laws import Law
+
+
+@dataclass(frozen=True)
+class Material:
+    """A law with its numbers.
+
+    Parameters
+    ----------
+    law : the energy W(I1, I2) and its derivatives
+    parameters : name -> value in SI (Pa or dimensionless), every parameter of the law
+    bulk : bulk modulus in Pa, positive; `inf` is exactly incompressible
+    density : kg/m^3, needed where gravity acts
+    """
+
+    law: Law
+    parameters: Mapping[str, float]
+    bulk: float = float("inf")
+    density: float | None = None
+
+
+@dataclass(frozen=True)
+class Layer:
+    """An inextensible sheet as a membrane on an inner surface: in-plane stiffness, no bending.
+
+    Parameters
+    ----------
+    modulus : Young's modulus, Pa
+    thickness : m
+    poisson : Poisson's ratio, in (-1, 0.5]
+    """
+
+    modulus: float
+    thickness: float
+    poisson: float = 0.3
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Load path.
+
+    Parameters
+    ----------
+    points : load points in order, each cavity -> value; the last is the end of the path. Each is
+        hit exactly. Values are Pa (`control` pressure), m^3 of the whole actuator's enclosed
+        volume (`volume`), or the ratio of enclosed gas mass to that at rest (`gas-mass`).
+    control : "pressure", "volume" or "gas-mass"
+    gravity : m/s^2, applied before the first load point
+    tip_force : dead force on the surface `tip`, N, of the whole actuator, applied with gravity
+    tip_displacement : prescribed displacement of every node of `tip`, m, applied with gravity
+    atmosphere : absolute pressure outside, Pa (used by `gas-mass` only)
+    """
+
+    points: Sequence[Mapping[str, float]]
+    control: str = "pressure"
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    tip_force: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    tip_displacement: tuple[float, float, float] | None = None
+    atmosphere: float = 101325.0
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Mesh + laws + loads + supports.
+
+    Parameters
+    ----------
+    mesh : tagged mesh in metres
+    materials : volume name -> material, one for every volume of the mesh
+    layers : layer name (without the word `layer`) -> membrane
+    loads : the load path
+    fixed : surfaces whose nodes do not move
+    symmetry : surface -> "x", "y" or "z": the normal of the plane in which its nodes stay
+    angle : "tip-face", "chord" or "tangent"
+    blocked : the tip is held where it is once gravity has acted; its reaction is observed
+    """
+
+    mesh: TaggedMesh
+    materials: Mapping[str, Material]
+    loads: Loads
+    layers: Mapping[str, Layer] = field(default_factory=dict)
+    fixed: tuple[str, ...] = ("base",)
+    symmetry: Mapping[str, str] = field(default_factory=dict)
+    angle: str = "tip-face"
+    blocked: bool = False
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """How the load path is walked; the answer does not depend on it.
+
+    Parameters
+    ----------
+    imposed_steps : this many equal increments a stretch between load points instead of automatic ones
+    tolerance : dimensionless residual at which a step counts as converged
+    max_iterations : Newton iterations after which a step is cut
+    min_fraction : smallest increment, as a fraction of the stretch between two load points
+    """
+
+    imposed_steps: int | None = None
+    tolerance: float = 1e-8
+    max_iterations: int = 15
+    min_fraction: float = 1e-4
+
+
+@dataclass(frozen=True)
+class State:
+    """One converged equilibrium.
+
+    displacement : (n_nodes, 3) m, at the nodes of the second-order mesh
+    pressure_field : (n_vertices,) Pa, Lagrange multiplier p (positive in tension), at the corner nodes
+    cavity_pressure : cavity -> Pa;  cavity_volume : cavity -> m^3 of the whole actuator
+    """
+
+    step: int
+    displacement: np.ndarray
+    pressure_field: np.ndarray
+    cavity_pressure: Mapping[str, float]
+    cavity_volume: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Row:
+    """The history row of one converged load step, SI.
+
+    angle : rad;  tip : (3,) m, mean position of the tip face;  volume : m^3, enclosed by all cavities
+    force : N, reaction of the blocked or prescribed tip, else None;  force_vector : its components
+    is_point : whether this row is a load point that the deck names
+    """
+
+    step: int
+    pressure: Mapping[str, float]
+    angle: float
+    tip: np.ndarray
+    volume: float
+    max_stretch: float
+    force: float | None
+    iterations: int
+    is_point: bool
+    force_vector: np.ndarray | None = None
+
+
+@dataclass
+class Result:
+    """How far the run came, and why it stopped.
+
+    status : "done"; "limit" (the load cannot be borne); "diverged"; "interrupted"
+    message : one or two plain sentences; names the worst element and where it is where one is at fault
+    warnings : plain sentences that belong beside the curve (walls that pass through one another, ...)
+    seconds : "assembly", "linear", "contact", "total";  counts in words below
+    """
+
+    status: str
+    message: str
+    rows: list[Row]
+    states: list[State]
+    dofs: int
+    elements: int
+    newton_iterations: int
+    factorizations: int
+    seconds: dict[str, float]
+    warnings: list[str] = field(default_factory=list)
+    touch_pressure: Mapping[str, float] | None = None
