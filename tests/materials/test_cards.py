@@ -1,0 +1,112 @@
+"""Cards: those that come with the program, round trip, and refusals in one line."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from materials.card import card_names, load_card
+from materials.card_writer import card_toml, write_card
+from materials.errors import MaterialError
+from materials.units import quantity
+
+GOOD = """
+name = "x"
+law = "yeoh"
+source = "somewhere"
+density = "1.08 g/cm^3"
+[parameters]
+C10 = { value = 0.11, unit = "MPa", low = 0.10, high = 0.12 }
+C20 = "20 kPa"
+[fit]
+stretch_range = [1.0, 2.5]
+[stability]
+stable = false
+uniaxial = [0.5, 3.0]
+"""
+
+
+@pytest.mark.parametrize("name", card_names())
+def test_every_card_loads_and_names_its_source(name: str) -> None:
+    card = load_card(name)
+    assert card.name == name
+    assert len(card.source) > 20
+    assert 1e3 < card.small_strain.mu < 1e9
+
+
+def test_cards_of_the_papers() -> None:
+    assert dict(load_card("dragon-skin-30").parameters) == pytest.approx(
+        {"C10": 0.11e6, "C20": 0.02e6, "C30": 0.0}
+    )
+    assert dict(load_card("ar-g1l").parameters) == pytest.approx({"C10": 0.11e6, "C01": 0.01e6})
+    linear = load_card("ar-g1l-linear")
+    assert linear.small_strain.E == pytest.approx(3.1e6)
+    assert math.isinf(linear.small_strain.K)
+
+
+def test_card_by_path_and_back(tmp_path: Path) -> None:
+    path = tmp_path / "x.toml"
+    path.write_text(GOOD)
+    card = load_card(path)
+    assert card.density == pytest.approx(1080.0)
+    assert card.intervals == {"C10": pytest.approx((1.0e5, 1.2e5))}
+    assert card.stretch_range == (1.0, 2.5)
+    assert card.stable is False
+    assert card.stable_ranges == {"uniaxial": (0.5, 3.0)}
+    again = load_card(write_card(card, tmp_path / "deep" / "y.toml"))
+    assert card_toml(again) == card_toml(card)
+    assert dict(again.parameters) == pytest.approx(dict(card.parameters), rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    "old, new, words",
+    [
+        ('law = "yeoh"', 'law = "yeo"', 'did you mean "yeoh"'),
+        ('law = "yeoh"', "", "`law` is missing"),
+        ("C10 =", "C11 =", 'no parameter "C11"'),
+        ('unit = "MPa"', 'unit = "mm"', "is a length"),
+        ('unit = "MPa"', 'unit = "Mpa"', 'did you mean "MPa"'),
+        ('unit = "MPa"', 'unit = "Pa"', "softer than any gel"),
+        ("value = 0.11", 'value = "a"', "a number is needed"),
+        ("20 kPa", "20", "without a unit"),
+        ("1.08 g/cm^3", "1.08 kg/m^3", "density"),
+        ("[fit]", "[fitt]", 'did you mean "fit"'),
+        ("[1.0, 2.5]", "[2.5, 1.0]", "low <= high"),
+        ("[parameters]", "[parameters", "not valid TOML"),
+    ],
+)
+def test_wrong_cards_are_refused_in_one_line(tmp_path: Path, old: str, new: str, words: str) -> None:
+    assert old in GOOD
+    path = tmp_path / "x.toml"
+    path.write_text(GOOD.replace(old, new))
+    with pytest.raises(MaterialError) as caught:
+        load_card(path)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_unknown_card_names_the_nearest() -> None:
+    with pytest.raises(MaterialError, match='did you mean "dragon-skin-30"'):
+        load_card("dragonskin30")
+    with pytest.raises(MaterialError, match="is not there"):
+        load_card("nowhere/card.toml")
+
+
+@pytest.mark.parametrize(
+    "text, kind, value",
+    [
+        ("0.11 MPa", "pressure", 0.11e6),
+        ("20kPa", "pressure", 2e4),
+        ("2.4 N/mm²", "pressure", 2.4e6),
+        ("1.08 g/cm^3", "density", 1080.0),
+        ("24 mm2", "area", 24e-6),
+        ("inf", "pressure", math.inf),
+        ("-1e-3 MPa", "pressure", -1000.0),
+        (0.5, "number", 0.5),
+        ("40 %", "number", 0.4),
+    ],
+)
+def test_quantities(text: object, kind: str, value: float) -> None:
+    assert quantity(text, kind, "it") == pytest.approx(value)
