@@ -1,0 +1,180 @@
+"""curve.png: the angle over the pressure; under volume control the pressure over the volume beside it."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_spa.output.files import write_whole
+from fem_spa.output.style import ACCENT, GREY, SECOND, WARN, figure, tidy
+from fem_spa.output.words import number
+from fem_spa.solid.problem import Problem, Result, Row
+
+
+def write_curve(path: Path, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
+    """Draw and write the picture; empty axes that say so where no step converged.
+
+    Parameters
+    ----------
+    path : the .png
+    problem, result : for control, first touch and status
+    rows : the converged steps, in load order
+    """
+    angles = bool(rows) and any(math.isfinite(row.angle) for row in rows)
+    volume = problem.loads.control != "pressure"
+    force = bool(rows) and rows[-1].force is not None
+    panels = max(1, int(angles or not (volume or force)) + int(volume) + int(force))
+    drawing = figure(1.0 + 5.6 * panels if panels > 1 else 7.2, 4.6)
+    axes = list(np.atleast_1d(drawing.subplots(1, panels)))
+    if not rows:
+        axes[0].text(0.5, 0.5, "no load step converged", ha="center", va="center", transform=axes[0].transAxes)
+    elif angles or not (volume or force):
+        _angle_over_pressure(axes.pop(0), problem, result, rows)
+    if rows and force:
+        _force_over_pressure(axes.pop(0), problem, result, rows)
+    if rows and volume:
+        _pressure_over_volume(axes.pop(0), problem, rows)
+    buffer = io.BytesIO()
+    drawing.savefig(buffer, format="png", dpi=150)
+    write_whole(path, buffer.getvalue())
+
+
+def _abscissa(problem: Problem, result: Result, rows: Sequence[Row]) -> tuple[np.ndarray, str, float | None]:
+    """Values, label and place of the first touch: a pressure where one number says it, else the load path.
+
+    Several cavities whose pressures keep one ratio are drawn over the largest of them, the ratio in the
+    label; others over the length of the path in the space of pressures, kPa.
+    """
+    names = problem.mesh.cavities
+    table = np.array([[row.pressure[name] for name in names] for row in rows]) / 1e3
+    first = result.touch_pressure
+    touch = None if not first else np.array([first.get(name, 0.0) for name in names]) / 1e3
+    lead = int(np.argmax(np.abs(table[-1])))
+    largest = float(np.max(np.abs(table)))
+    if len(names) == 1:
+        return table[:, 0], "pressure [kPa]", None if touch is None else float(touch[0])
+    ratio = table[-1] / table[-1, lead] if table[-1, lead] else np.zeros(len(names))
+    if np.all(np.abs(table - np.outer(table[:, lead], ratio)) <= 1e-6 * largest):
+        others = ", ".join(f"{n}: {number(r)} times" for n, r, i in zip(names, ratio, range(len(names)), strict=True) if i != lead)
+        return table[:, lead], f"pressure {names[lead]} [kPa]   ({others})", None if touch is None else float(touch[lead])
+    length = np.cumsum(np.linalg.norm(np.diff(np.vstack([np.zeros(len(names)), table]), axis=0), axis=1))
+    place = None
+    if touch is not None:
+        place = float(length[int(np.argmin(np.linalg.norm(table - touch, axis=1)))])
+    return length, "length of the load path [kPa]", place
+
+
+def _line(axes: Any, x: np.ndarray, y: np.ndarray, rows: Sequence[Row], name: str, colour: str = ACCENT) -> None:
+    """A curve: every converged step a small dot, the load points that the deck names a ring."""
+    axes.plot(x, y, "-", color=colour, linewidth=2.0, label=name, zorder=3)
+    axes.plot(x, y, ".", color=colour, markersize=4.5, zorder=3)
+    named = np.array([row.is_point for row in rows])
+    if named.any():
+        axes.plot(x[named], y[named], "o", color="white", markeredgecolor=colour, markeredgewidth=1.6, markersize=6.5, zorder=4)
+
+
+def _touch_line(axes: Any, place: float | None) -> None:
+    """Where walls touch for the first time: what comes after is without contact."""
+    if place is None:
+        return
+    axes.axvline(place, color=WARN, linewidth=1.3, linestyle="--", zorder=2)
+    axes.axvspan(place, max(axes.get_xlim()[1], place), color=WARN, alpha=0.07, linewidth=0, zorder=0)
+    axes.annotate(
+        f"walls touch at {number(place, 3)} kPa; from here on without contact",
+        (place, 0.02),
+        xycoords=("data", "axes fraction"),
+        xytext=(4, 0),
+        textcoords="offset points",
+        color=WARN,
+        fontsize=8.5,
+        rotation=90,
+        va="bottom",
+    )
+
+
+def _from_rest(problem: Problem, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The dotted stretch from rest (nothing turned, no pressure) to the first step, where rest is at zero."""
+    loads = problem.loads
+    if any(loads.gravity) or any(loads.tip_force) or loads.tip_displacement is not None:
+        return x[:0], y[:0]
+    return np.array([0.0, x[0]]), np.array([0.0, y[0]])
+
+
+def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
+    x, label, touch = _abscissa(problem, result, rows)
+    y = np.degrees([row.angle for row in rows])
+    axes.plot(*_from_rest(problem, x, y), "-", color=ACCENT, linewidth=2.0, zorder=3)
+    _line(axes, x, y, rows, "angle")
+    last = rows[-1]
+    axes.annotate(
+        f"{number(float(y[-1]))}°",
+        (x[-1], y[-1]),
+        xytext=(-8, 6),
+        textcoords="offset points",
+        ha="right",
+        color=ACCENT,
+        fontweight="bold",
+    )
+    axes.set_xlabel(label)
+    axes.set_ylabel("bending angle [deg]")
+    words = {"done": "", "limit": ", load limit", "diverged": ", stopped early", "interrupted": ", interrupted"}
+    axes.set_title(f"Angle over pressure, {len(rows)} steps{words.get(result.status, '')}")
+    tidy(axes)
+    if len(problem.mesh.cavities) > 1 and "path" in label:
+        _pressures_below(axes, problem, x, rows)
+    _touch_line(axes, touch)
+    del last
+
+
+def _pressures_below(axes: Any, problem: Problem, x: np.ndarray, rows: Sequence[Row]) -> None:
+    """Pressures of every cavity on a second scale, where one abscissa cannot say them."""
+    right = axes.twinx()
+    styles = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)))
+    for number_, name in enumerate(problem.mesh.cavities):
+        y = [row.pressure[name] / 1e3 for row in rows]
+        right.plot([0.0, *x], [0.0, *y], linestyle=styles[number_ % 4], color=GREY, linewidth=1.3, label=f"{name} [kPa]")
+    right.set_ylabel("pressure [kPa]", color=GREY)
+    right.tick_params(colors=GREY)
+    right.spines["top"].set_visible(False)
+    right.legend(loc="upper left", frameon=False, fontsize=9, labelcolor=GREY)
+
+
+def _force_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
+    x, label, touch = _abscissa(problem, result, rows)
+    y = np.array([math.nan if row.force is None else row.force for row in rows])
+    _line(axes, x, y, rows, "force", SECOND)
+    axes.set_xlabel(label)
+    axes.set_ylabel("force of the held tip [N]")
+    axes.set_title("Force over pressure")
+    tidy(axes)
+    _touch_line(axes, touch)
+
+
+def _pressure_over_volume(axes: Any, problem: Problem, rows: Sequence[Row]) -> None:
+    x = np.array([row.volume for row in rows]) * 1e6
+    for name, colour in zip(problem.mesh.cavities, (SECOND, ACCENT, GREY, WARN), strict=False):
+        y = np.array([row.pressure[name] for row in rows]) / 1e3
+        _line(axes, x, y, rows, name, colour)
+        top = int(np.argmax(y))
+        if 0 < top < len(y) - 1:
+            axes.annotate(
+                f"limit point {number(float(y[top]))} kPa",
+                (x[top], y[top]),
+                xytext=(0, 9),
+                textcoords="offset points",
+                ha="center",
+                color=colour,
+                fontweight="bold",
+            )
+    if len(problem.mesh.cavities) > 1:
+        axes.legend(frameon=False)
+    axes.set_xlabel("enclosed volume [ml]")
+    axes.set_ylabel("pressure [kPa]")
+    axes.set_title("Pressure over volume")
+    axes.margins(y=0.12)
+    tidy(axes, zero=False)

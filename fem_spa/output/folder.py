@@ -1,0 +1,114 @@
+"""The observer that keeps the result folder: each converged step is on disk, whole, before the next begins."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_spa.output.files import write_whole
+from fem_spa.output.table import curve_csv, pressure_headers
+from fem_spa.output.vtu import pvd, vtu
+from fem_spa.solid.problem import Problem, Result, Row, State
+
+WRITTEN = ("curve.csv", "result.json", "fields.pvd", "curve.png", "shape.png", "report.html", "error.log")
+NOTE = "fem_spa: lengths in m, stress and pressure in Pa, Cauchy stress as xx yy zz xy yz xz"
+
+
+class ResultFolder:
+    """Writes curve.csv, fields.pvd and fields/*.vtu as the run goes on.
+
+    The folder is made, and files of an earlier run in it are removed, only when the solver has
+    accepted the problem: a wrong input leaves no trace.
+
+    Attributes
+    ----------
+    rows, last_state, problem, space : what has been seen; rest counts as nothing
+    seconds : spent in here
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.rows: list[Row] = []
+        self.last_state: State | None = None
+        self.problem: Problem | None = None
+        self.space: Any = None
+        self.seconds = 0.0
+        self._steps: list[tuple[float, str]] = []
+
+    @property
+    def started(self) -> bool:
+        """Whether the folder is in use."""
+        return self.problem is not None
+
+    @property
+    def force(self) -> bool:
+        """Whether the tip is held and its reaction a column."""
+        held = self.problem is not None and (self.problem.blocked or self.problem.loads.tip_displacement is not None)
+        return held
+
+    @property
+    def cavities(self) -> tuple[str, ...]:
+        """Columns of pressure, in order."""
+        return self.problem.mesh.cavities if self.problem is not None else ()
+
+    def start(self, problem: Problem, space: Any) -> None:
+        """The problem is accepted: make the folder ready."""
+        self.problem, self.space = problem, space
+        (self.path / "fields").mkdir(parents=True, exist_ok=True)
+        for name in WRITTEN:
+            (self.path / name).unlink(missing_ok=True)
+        for old in (self.path / "fields").glob("step_*.vtu"):
+            old.unlink()
+        self._write_lists()
+
+    def iteration(self, step: int, pressure: dict[str, float], iteration: int, residual: float) -> None:
+        """Nothing is kept of single iterations."""
+
+    def converged(self, state: State, row: Row) -> None:
+        """Write the fields of this step, then the lists that name it."""
+        begun = time.perf_counter()
+        self.rows.append(row)
+        self.last_state = state
+        name = f"fields/step_{row.step:04d}.vtu"
+        write_whole(self.path / name, self._fields(state, row))
+        self._steps.append((float(row.step), name))
+        self._write_lists()
+        self.seconds += time.perf_counter() - begun
+
+    def finished(self, result: Result) -> None:
+        """The lists are already whole."""
+
+    def _write_lists(self) -> None:
+        write_whole(self.path / "curve.csv", curve_csv(self.rows, self.cavities, self.force))
+        write_whole(self.path / "fields.pvd", pvd(self._steps))
+
+    def _fields(self, state: State, row: Row) -> bytes:
+        from fem_spa.solid.fields import nodal_fields
+
+        fields = nodal_fields(self.space, state)
+        small = {name: np.asarray(values, dtype=np.float32) for name, values in fields.items()}
+        small["displacement"] = np.asarray(fields["displacement"], dtype=np.float64)
+        names = pressure_headers(self.cavities)
+        numbers = {name: row.pressure[c] / 1e3 for name, c in zip(names, self.cavities, strict=True)}
+        numbers |= {"TimeValue": float(row.step), "angle [deg]": math.degrees(row.angle), "volume [mm^3]": row.volume * 1e9}
+        regions = ", ".join(f"{i} {name}" for i, name in enumerate(self.space.region_names))
+        return vtu(
+            self.space.points,
+            self.space.tets,
+            small,
+            {"region": np.asarray(self.space.region, dtype=np.int32)},
+            numbers,
+            f"{NOTE}; regions {regions}",
+        )
+
+
+def remove_if_empty(path: Path) -> None:
+    """Take away a folder in which nothing was left, and its empty `fields`."""
+    for folder in (path / "fields", path):
+        if folder.is_dir() and not any(folder.iterdir()):
+            shutil.rmtree(folder)

@@ -1,0 +1,37 @@
+"""How the pictures look: one place for colours and axes. Drawn with matplotlib's Agg, so no display is needed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+ACCENT = "#1f5fa8"
+SECOND = "#a8481f"
+GREY = "#6b7280"
+WARN = "#b45309"
+INK = "#1f2937"
+
+
+def figure(width: float, height: float) -> Any:
+    """An empty figure of width x height inches with an Agg canvas and constrained layout."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with rc_context({"font.size": 10.5, "axes.edgecolor": GREY, "text.color": INK}):
+        drawing = Figure(figsize=(width, height), layout="constrained", facecolor="white")
+        FigureCanvasAgg(drawing)
+    return drawing
+
+
+def tidy(axes: Any, zero: bool = True) -> None:
+    """Light grid, no box, titles on the left; `zero` draws the axes' zero lines."""
+    axes.grid(True, color="#e5e7eb", linewidth=0.8, zorder=0)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_color(GREY)
+    axes.tick_params(colors=INK)
+    axes.title.set_fontweight("bold")
+    if zero:
+        axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)

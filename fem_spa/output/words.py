@@ -1,0 +1,104 @@
+"""The sentences of a result: what the pictures, the report and the last line on the terminal say alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from fem_spa.solid.problem import Problem, Result, Row
+
+VERDICT = {
+    "done": "Done",
+    "limit": "Stopped: the load cannot be borne",
+    "diverged": "Stopped: no equilibrium was found",
+    "interrupted": "Interrupted",
+}
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number as people write it: four significant digits, no exponent for everyday sizes."""
+    if not math.isfinite(value):
+        return "none"
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        decimals = digits if value == 0.0 else max(0, digits - 1 - math.floor(math.log10(abs(value))))
+        text = f"{value:.{decimals}f}"
+        text = text.rstrip("0").rstrip(".") if "." in text else text
+        return "0" if text == "-0" else text
+    return f"{value:.{digits}g}"
+
+
+def pressures(values: Mapping[str, float]) -> str:
+    """Pressures in kPa: "20 kPa", or "slow 40 kPa, fast 20 kPa"."""
+    if len(values) == 1:
+        return f"{number(next(iter(values.values())) / 1e3)} kPa"
+    if len(values) > 1 and len({f"{value:.9g}" for value in values.values()}) == 1:
+        return f"{number(next(iter(values.values())) / 1e3)} kPa in {', '.join(values)}"
+    return ", ".join(f"{name} {number(value / 1e3)} kPa" for name, value in values.items())
+
+
+def millimetres_cubed(volume: float) -> str:
+    """A volume, ml where it is large: "29.3 ml", "412 mm³"."""
+    return f"{number(volume * 1e6)} ml" if abs(volume) >= 1e-6 else f"{number(volume * 1e9)} mm³"
+
+
+def end_wanted(problem: Problem) -> str:
+    """The end of the load path that the deck asks for."""
+    point, control = problem.loads.points[-1], problem.loads.control
+    if control == "pressure":
+        return pressures(point)
+    if control == "volume":
+        return f"an enclosed volume of {millimetres_cubed(sum(point.values()))}"
+    return f"gas mass times {', '.join(number(value) for value in point.values())}"
+
+
+def outcome(row: Row) -> str:
+    """What a row shows in a few words: its angle, or its volume where there is no angle."""
+    if math.isfinite(row.angle):
+        words = f"the tip has turned by {number(math.degrees(row.angle))}°"
+    else:
+        words = f"{millimetres_cubed(row.volume)} are enclosed"
+    if row.force is not None:
+        words += f" and the held tip pushes with {number(row.force)} N"
+    return words
+
+
+def verdict(problem: Problem, result: Result, rows: Sequence[Row]) -> str:
+    """One sentence: did it reach its end, and what is there."""
+    head = VERDICT.get(result.status, result.status)
+    if not rows:
+        return f"{head}, before the first load step."
+    last = rows[-1]
+    if result.status == "done":
+        sentence = f"{head}: at {pressures(last.pressure)} {outcome(last)}."
+    else:
+        sentence = f"{head}: reached {pressures(last.pressure)} of {end_wanted(problem)}; there {outcome(last)}."
+    peak = highest(rows)
+    if peak is not None:
+        sentence += f" The pressure had its highest value, {pressures(peak.pressure)}, on the way."
+    return sentence
+
+
+def highest(rows: Sequence[Row]) -> Row | None:
+    """The row of a limit point: the highest pressure of a single cavity, where the path falls after it."""
+    if not rows or len(rows[0].pressure) != 1:
+        return None
+    values = [next(iter(row.pressure.values())) for row in rows]
+    top = max(range(len(values)), key=values.__getitem__)
+    return rows[top] if top + 1 < len(values) and values[top] > 1.001 * max(values[-1], 0.0) else None
+
+
+def touch(result: Result) -> str | None:
+    """The sentence about walls that touch, or None; contact is not part of this version."""
+    if not result.touch_pressure:
+        return None
+    return (
+        f"Walls touch from {pressures(result.touch_pressure)} on. This version has no contact mechanics: "
+        "beyond that pressure the curve is that of walls which pass through one another."
+    )
+
+
+def all_warnings(result: Result) -> list[str]:
+    """Every warning once; that of touching walls first."""
+    first = touch(result)
+    said = any("touch" in text for text in result.warnings)
+    return list(dict.fromkeys([*([first] if first and not said else []), *result.warnings]))
