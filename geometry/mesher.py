@@ -1,0 +1,181 @@
+"""Named parts in gmsh -> tetrahedra -> TaggedMesh, with the CAD's own volumes and areas beside it."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from geometry.cad import Named, Parts, split
+from geometry.errors import GeometryError, millimetres, refusal
+from geometry.session import MM
+from geometry.tagged import TaggedMesh
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+MOST_ELEMENTS = 3_000_000
+HXT, DELAUNAY = 10, 1  # gmsh's numbers of its algorithms for volumes
+
+# gmsh's ten-node tet ends with the edges 23, 13; ours (VTK) with 13, 23
+GMSH_TET10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+
+
+@dataclass(frozen=True)
+class CadMeasure:
+    """Volumes (m^3) and areas (m^2) of the named groups as the CAD kernel has them.
+
+    `curved` says whether the mesh follows curved walls (order 2), which sets how near it must come.
+    """
+
+    volumes: dict[str, float]
+    areas: dict[str, float]
+    curved: bool
+
+
+def check_request(size: float, order: int, extent: float) -> None:
+    """Refuse an element size or an order that cannot be meant.
+
+    Raises
+    ------
+    GeometryError
+        where order is not 1 or 2, or size is not a number in m between 10 micrometres and `extent`
+    """
+    if order not in (1, 2):
+        raise refusal(f"order = {order!r}", "1 (straight four-node tets) or 2 (curved ten-node tets)")
+    if isinstance(size, bool) or not isinstance(size, numbers.Real) or not math.isfinite(size):
+        raise refusal(f"element size {size!r}", "a finite length in m")
+    if size > extent:
+        raise refusal(
+            f"element size {millimetres(size)}",
+            f"at most the body's largest dimension, {millimetres(extent)}",
+            "mm given where m are meant" if size > 0.1 else "",
+            "a quarter of the body's smallest outer dimension or less",
+        )
+    if size < 1e-5:
+        raise refusal(
+            f"element size {millimetres(size)}",
+            "at least 0.01 mm",
+            "m said to be mm" if size > 0 else "",
+            f"{millimetres(extent / 40)}",
+        )
+
+
+def estimate_elements(volume: float, area: float, size: float) -> float:
+    """About how many tets a body of a volume (m^3) and a surface (m^2) gets at an element size (m)."""
+    return volume / (0.10 * size**3) + 1.5 * area / (0.433 * size**2)
+
+
+def mesh_parts(
+    gmsh: Any, parts: Parts, size: float, order: int, source: str
+) -> tuple[TaggedMesh, CadMeasure]:
+    """Cut, name and mesh what a shape has drawn (in mm)."""
+    return mesh_named(gmsh, split(gmsh, parts), size, order, source, scale=MM)
+
+
+def mesh_named(
+    gmsh: Any, named: Named, size: float, order: int, source: str, scale: float
+) -> tuple[TaggedMesh, CadMeasure]:
+    """Mesh the named entities of the current model.
+
+    Parameters
+    ----------
+    named : volumes and surfaces by name
+    size : element size, m
+    order : 1 or 2
+    scale : metres a unit of the model
+
+    Raises
+    ------
+    GeometryError
+        where the mesh would be larger than three million elements, or gmsh fails
+    """
+    mass = gmsh.model.occ.getMass
+    cad = CadMeasure(
+        volumes={n: sum(mass(3, t) for t in tags) * scale**3 for n, tags in named.volumes.items()},
+        areas={n: sum(mass(2, t) for t in tags) * scale**2 for n, tags in named.surfaces.items()},
+        curved=order == 2,
+    )
+    expected = estimate_elements(sum(cad.volumes.values()), sum(cad.areas.values()), size)
+    if expected > MOST_ELEMENTS:
+        coarser = size * (expected / MOST_ELEMENTS) ** 0.5
+        raise refusal(
+            f"element size {millimetres(size)} would give about {expected:.2g} elements",
+            f"at most {MOST_ELEMENTS:.2g}",
+            "an element size far below the thinnest wall",
+            f"{millimetres(coarser)} or more",
+        )
+    option = gmsh.option.setNumber
+    option("Mesh.MeshSizeMax", size / scale)
+    option("Mesh.MeshSizeMin", 0.0)
+    option("Mesh.MeshSizeFromPoints", 0)
+    option("Mesh.MeshSizeExtendFromBoundary", 1)
+    option("Mesh.Optimize", 1)
+    option("Mesh.ElementOrder", 1)
+    option("Mesh.SecondOrderLinear", 0)
+    _generate(gmsh)
+    if order == 2:
+        gmsh.model.mesh.setOrder(2)
+        _straighten_out(gmsh)
+    return _extract(gmsh, named, order, source, scale), cad
+
+
+def _generate(gmsh: Any) -> None:
+    """Straight tets by HXT, by Delaunay where HXT gives up; slivers are repaired by Netgen's optimizer."""
+    gmsh.option.setNumber("Mesh.Algorithm3D", HXT)
+    try:
+        gmsh.model.mesh.generate(3)
+    except Exception:  # gmsh raises plain Exception
+        gmsh.model.mesh.clear()
+        gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY)
+        gmsh.model.mesh.generate(3)
+    tags, _ = gmsh.model.mesh.getElementsByType(4)
+    if len(tags) and float(np.min(gmsh.model.mesh.getElementQualities(tags, "gamma"))) < 0.1:
+        gmsh.model.mesh.optimize("Netgen")
+
+
+def _straighten_out(gmsh: Any) -> None:
+    """Let gmsh move the middle nodes where an element became bad by being curved."""
+    tags, _ = gmsh.model.mesh.getElementsByType(11)
+    worst = gmsh.model.mesh.getElementQualities(tags, "minSJ")
+    if len(worst) and float(np.min(worst)) < 0.1:
+        gmsh.option.setNumber("Mesh.HighOrderThresholdMin", 0.1)
+        gmsh.model.mesh.optimize("HighOrder")
+
+
+def _extract(gmsh: Any, named: Named, order: int, source: str, scale: float) -> TaggedMesh:
+    node_tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    if not len(node_tags):
+        raise GeometryError("gmsh made no mesh; try another element size")
+    row = np.full(int(node_tags.max()) + 1, -1, dtype=np.int64)
+    row[node_tags.astype(np.int64)] = np.arange(len(node_tags))
+    tet_type, tet_nodes, tri_type, tri_nodes = (11, 10, 9, 6) if order == 2 else (4, 4, 2, 3)
+
+    def elements(kind: int, width: int, tags: Iterable[int]) -> np.ndarray:
+        blocks = [gmsh.model.mesh.getElementsByType(kind, tag)[1] for tag in tags]
+        return row[np.concatenate(blocks).astype(np.int64)].reshape(-1, width)
+
+    tets = [elements(tet_type, tet_nodes, tags) for tags in named.volumes.values()]
+    surfaces = {name: elements(tri_type, tri_nodes, tags) for name, tags in named.surfaces.items()}
+    ends = np.cumsum([0] + [len(block) for block in tets])
+    volumes = {name: np.arange(a, b) for name, a, b in zip(named.volumes, ends[:-1], ends[1:], strict=True)}
+    all_tets = np.concatenate(tets)
+    if order == 2:
+        all_tets = all_tets[:, GMSH_TET10]
+    used = np.unique(all_tets)
+    new = np.full(len(node_tags), -1, dtype=np.int64)
+    new[used] = np.arange(len(used))
+    from geometry.topology import oriented
+
+    return oriented(
+        TaggedMesh(
+            points=coordinates.reshape(-1, 3)[used] * scale,
+            tets=new[all_tets],
+            volumes=volumes,
+            surfaces={name: new[faces] for name, faces in surfaces.items()},
+            source=source,
+        )
+    )

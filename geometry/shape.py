@@ -1,0 +1,110 @@
+"""What every built-in shape is: a frozen dataclass of sizes that can be checked and meshed."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from geometry.errors import millimetres, refusal
+from geometry.parameters import check_ranges, parameters
+
+if TYPE_CHECKING:
+    from geometry.cad import Parts
+    from geometry.tagged import TaggedMesh
+
+
+class Shape:
+    """Base of the shapes. A shape is a frozen dataclass; lengths in m, angles in rad.
+
+    A shape gives `_relations` (what its sizes must satisfy together), `_draw` (the CAD) and the
+    names of its groups. Cavities are closed inner voids: how the air is let in is left out.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    source: ClassVar[str]
+    default_size: ClassVar[float]
+    """Element size in m where the caller gives none."""
+
+    def validate(self) -> None:
+        """Refuse sizes that do not make a body, before gmsh is asked.
+
+        Raises
+        ------
+        GeometryError
+            naming the parameter, what is allowed and what to try
+        """
+        check_ranges(self)
+        self._relations()
+        if not 1e-3 <= self.extent <= 2.0:
+            raise refusal(
+                f"{self.name}: largest dimension {millimetres(self.extent)}",
+                "1 mm to 2 m",
+                "mm given where m are meant, or the reverse",
+                "give the unit with every number, or fewer chambers",
+            )
+
+    @property
+    def extent(self) -> float:
+        """Largest dimension of the body, m, from the parameters alone."""
+        raise NotImplementedError
+
+    def volume_names(self) -> tuple[str, ...]:
+        """Names of the volumes that the mesh will have."""
+        return ("body",)
+
+    def surface_names(self) -> tuple[str, ...]:
+        """Names of the surfaces that the mesh will have."""
+        raise NotImplementedError
+
+    def describe(self) -> str:
+        """The shape in words: its name and the parameters that differ from the default."""
+        given = [
+            f"{item.name} {item.text(getattr(self, item.name))}"
+            for item in parameters(self)
+            if getattr(self, item.name) != item.default
+        ]
+        return f"{self.name} ({', '.join(given)})" if given else self.name
+
+    def mesh(self, size: float | None = None, order: int = 2) -> TaggedMesh:
+        """Mesh the shape.
+
+        Parameters
+        ----------
+        size : element size in m; None: the shape's default
+        order : 2, ten-node tets, curved on round walls; 1, straight four-node tets
+
+        Returns
+        -------
+        TaggedMesh
+            checked (geometry.checks); the same input gives the same mesh
+
+        Raises
+        ------
+        GeometryError
+            where sizes, element size or order are out of range, or the mesh does not pass
+        """
+        from geometry.checks import check
+        from geometry.mesher import check_request, mesh_parts
+        from geometry.session import session
+
+        self.validate()
+        size = self.default_size if size is None else size
+        check_request(size, order, self.extent)
+        with session() as gmsh:
+            parts = self._draw(gmsh)
+            mesh, cad = mesh_parts(gmsh, parts, size, order, self.describe())
+        check(mesh, surfaces=self.surface_names(), volumes=self.volume_names(), cad=cad)
+        return mesh
+
+    def _relations(self) -> None:
+        """Refuse sizes that are each in range and do not go together."""
+        raise NotImplementedError
+
+    def _draw(self, gmsh: Any) -> Parts:
+        """Draw the shape in the current gmsh model, in mm."""
+        raise NotImplementedError
+
+    def replace(self, **changes: Any) -> Any:
+        """The same shape with some parameters changed (not checked before `validate`)."""
+        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
