@@ -108,6 +108,6 @@ def small_strain(law: Law, parameters: Mapping[str, float], bulk: float = math.i
     if nu < 0 and law.bulk is None:
         raise MaterialError(
             f"bulk modulus {K:.3g} Pa with shear modulus {mu:.3g} Pa makes Poisson's ratio {nu:.2f}; at "
-            f"least 2/3 of the shear modulus is needed, and rubbers have 1 to 2 GPa: is the unit of bulk right?"
+            f"least 2/3 of the shear modulus is needed, and rubbers have 1 to 2 GPa: is its unit right?"
         )
     return SmallStrain(mu, K, nu, 9.0 * K * mu / (3.0 * K + mu))

@@ -25,6 +25,17 @@ class Law:
     bulk : (**parameters) -> bulk modulus in Pa where the parameters themselves give it
         (`linear`: E and nu); None where it is stated apart
     limits : name -> (low, high) a parameter must lie in, ends included; SI
+
+    What follows serves the fit only; a law without it is fitted all the same, more slowly.
+
+    principal : (stretch (3, n), **parameters) -> tau (3, n), Pa, tau_i = l_i dW/dl_i, where there is
+        a shorter way than by the invariants
+    by_parameter : (I1, I2, **parameters) -> name -> (dW1, dW2), derivatives to that parameter
+    principal_by_parameter : the same of `principal`: name -> array (3, n)
+    variants : name -> parameters that are free in that variant (`yeoh-2`); default all
+    linear : whether the stress is linear in the free parameters
+    data_limits : (greatest I1 - 3 of the tests) -> name -> (low, high), tighter than `limits`
+    starts : (mu in Pa, greatest I1 - 3) -> parameter sets from which a search begins
     """
 
     name: str
@@ -35,14 +46,28 @@ class Law:
     optional: Mapping[str, float] = field(default_factory=dict)
     bulk: Callable[..., float] | None = None
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    principal: Callable[..., Array] | None = None
+    by_parameter: Callable[..., dict[str, tuple[Array, Array]]] | None = None
+    principal_by_parameter: Callable[..., dict[str, Array]] | None = None
+    variants: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    linear: bool = False
+    data_limits: Callable[[float], dict[str, tuple[float, float]]] | None = None
+    starts: Callable[[float, float], list[dict[str, float]]] | None = None
 
 
 # The laws' own modules import `Law` from here, so they come after it.
+from materials.laws.arruda_boyce import ARRUDA_BOYCE  # noqa: E402
+from materials.laws.extended_tube import EXTENDED_TUBE  # noqa: E402
+from materials.laws.gent import GENT  # noqa: E402
 from materials.laws.linear import LINEAR  # noqa: E402
 from materials.laws.mooney_rivlin import MOONEY_RIVLIN  # noqa: E402
 from materials.laws.neo_hooke import NEO_HOOKE  # noqa: E402
+from materials.laws.ogden import OGDEN  # noqa: E402
 from materials.laws.yeoh import YEOH  # noqa: E402
 
-LAWS: dict[str, Law] = {law.name: law for law in (NEO_HOOKE, MOONEY_RIVLIN, YEOH, LINEAR)}
+LAWS: dict[str, Law] = {
+    law.name: law
+    for law in (NEO_HOOKE, MOONEY_RIVLIN, YEOH, OGDEN, GENT, ARRUDA_BOYCE, EXTENDED_TUBE, LINEAR)
+}
 
 __all__ = ["LAWS", "Law"]

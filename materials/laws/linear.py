@@ -7,6 +7,8 @@ Arch. Rational Mech. Anal. 222 (2016) 507, eq. 1.3.
 
 from __future__ import annotations
 
+import numpy as np
+
 from materials.laws import Array, Law
 from materials.laws.spectral import spectral_derivatives, spectral_energy
 
@@ -35,6 +37,17 @@ def bulk(*, E: float, nu: float = 0.5) -> float:
     return float("inf") if nu == 0.5 else E / (3.0 * (1.0 - 2.0 * nu))
 
 
+def principal(stretch: Array, *, E: float, nu: float = 0.5) -> Array:
+    """tau_i = 2 mu ln l_i, Pa, for isochoric principal stretches (3, n)."""
+    return 2.0 * shear_modulus(E=E, nu=nu) * np.log(stretch)
+
+
+def principal_by_parameter(stretch: Array, *, E: float, nu: float = 0.5) -> dict[str, Array]:
+    """d tau/dE and d tau/dnu, (3, n)."""
+    log = np.log(stretch)
+    return {"E": log / (1.0 + nu), "nu": -E * log / (1.0 + nu) ** 2}
+
+
 LINEAR = Law(
     "linear",
     {"E": "Pa", "nu": "1"},
@@ -43,5 +56,10 @@ LINEAR = Law(
     shear_modulus,
     optional={"nu": 0.5},
     bulk=bulk,
-    limits={"nu": (0.0, 0.5)},
+    limits={"E": (0.0, np.inf), "nu": (0.0, 0.5)},
+    principal=principal,
+    principal_by_parameter=principal_by_parameter,
+    variants={"linear": ("E",)},
+    linear=True,
+    starts=lambda mu, reach: [{"E": 3 * mu, "nu": 0.5}],
 )

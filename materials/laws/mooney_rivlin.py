@@ -23,4 +23,19 @@ def shear_modulus(*, C10: float, C01: float) -> float:
     return 2.0 * (C10 + C01)
 
 
-MOONEY_RIVLIN = Law("mooney-rivlin", {"C10": "Pa", "C01": "Pa"}, energy, derivatives, shear_modulus)
+def by_parameter(I1: Array, I2: Array, *, C10: float, C01: float) -> dict[str, tuple[Array, Array]]:
+    """(dW1, dW2) to each parameter."""
+    one, zero = np.ones_like(I1), np.zeros_like(I1)
+    return {"C10": (one, zero), "C01": (zero, one)}
+
+
+MOONEY_RIVLIN = Law(
+    "mooney-rivlin",
+    {"C10": "Pa", "C01": "Pa"},
+    energy,
+    derivatives,
+    shear_modulus,
+    by_parameter=by_parameter,
+    linear=True,
+    starts=lambda mu, reach: [{"C10": 0.4 * mu, "C01": 0.1 * mu}],
+)

@@ -23,4 +23,19 @@ def shear_modulus(*, C10: float) -> float:
     return 2.0 * C10
 
 
-NEO_HOOKE = Law("neo-hooke", {"C10": "Pa"}, energy, derivatives, shear_modulus)
+def by_parameter(I1: Array, I2: Array, *, C10: float) -> dict[str, tuple[Array, Array]]:
+    """(dW1, dW2) to each parameter."""
+    return {"C10": (np.ones_like(I1), np.zeros_like(I1))}
+
+
+NEO_HOOKE = Law(
+    "neo-hooke",
+    {"C10": "Pa"},
+    energy,
+    derivatives,
+    shear_modulus,
+    limits={"C10": (0.0, np.inf)},
+    by_parameter=by_parameter,
+    linear=True,
+    starts=lambda mu, reach: [{"C10": mu / 2}],
+)

@@ -27,6 +27,14 @@ def shear_modulus(*, C10: float, C20: float, C30: float = 0.0) -> float:
     return 2.0 * C10
 
 
+def by_parameter(
+    I1: Array, I2: Array, *, C10: float, C20: float, C30: float = 0.0
+) -> dict[str, tuple[Array, Array]]:
+    """(dW1, dW2) to each parameter."""
+    x, zero = I1 - 3.0, np.zeros_like(I1)
+    return {"C10": (np.ones_like(x), zero), "C20": (2.0 * x, zero), "C30": (3.0 * x * x, zero)}
+
+
 YEOH = Law(
     "yeoh",
     {"C10": "Pa", "C20": "Pa", "C30": "Pa"},
@@ -34,4 +42,9 @@ YEOH = Law(
     derivatives,
     shear_modulus,
     optional={"C20": 0.0, "C30": 0.0},
+    limits={"C10": (0.0, np.inf)},
+    by_parameter=by_parameter,
+    variants={"yeoh-2": ("C10", "C20"), "yeoh-3": ("C10", "C20", "C30")},
+    linear=True,
+    starts=lambda mu, reach: [{"C10": mu / 2, "C20": 0.0, "C30": 0.0}],
 )

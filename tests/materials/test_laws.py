@@ -6,23 +6,12 @@ from decimal import Decimal, getcontext
 
 import numpy as np
 import pytest
+from material_samples import parameters
 
 from materials.errors import MaterialError
 from materials.laws import LAWS
 from materials.laws.spectral import outer_roots, spectral_derivatives, spectral_energy
 from materials.registry import law, resolve, small_strain
-
-SAMPLES: dict[str, dict[str, float]] = {
-    "neo-hooke": {"C10": 2e5},
-    "mooney-rivlin": {"C10": 1.1e5, "C01": 1e4},
-    "yeoh": {"C10": 1.1e5, "C20": 2e4, "C30": 3e3},
-    "linear": {"E": 3.1e6, "nu": 0.5},
-}
-
-
-def parameters(name: str) -> dict[str, float]:
-    assert name in SAMPLES, f"give a sample of law {name} in SAMPLES, so that it is tested"
-    return resolve(LAWS[name], SAMPLES[name])
 
 
 def isochoric(F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
