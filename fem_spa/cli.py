@@ -1,0 +1,99 @@
+"""The command `fem-spa`. Thin: it knows the commands' names, exit statuses, and nothing else.
+
+0: done. 1: the job ran and did not reach its end. 2: the input is wrong; one line to stderr.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from fem_spa import __version__
+from fem_spa.commands import SUMMARIES
+
+DONE, UNFINISHED, WRONG_INPUT = 0, 1, 2
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse that says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """One line to stderr, exit status 2."""
+        line = " ".join(message.split())
+        print(f"{self.prog}: {line} (see {self.prog} --help)", file=sys.stderr)
+        raise SystemExit(WRONG_INPUT)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command line and return its exit status; never a traceback for wrong input."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _run(words)
+    except KeyboardInterrupt:
+        print("fem-spa: interrupted before there was a result", file=sys.stderr)
+        return UNFINISHED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return UNFINISHED
+    except SystemExit as done:
+        return done.code if isinstance(done.code, int) else DONE
+    except Exception as error:
+        if os.environ.get("FEM_SPA_DEBUG"):
+            raise
+        if _wrong_input(error):
+            print(f"fem-spa: {' '.join(str(error).split())}", file=sys.stderr)
+            return WRONG_INPUT
+        words_ = " ".join(str(error).split())
+        print(
+            f"fem-spa: a fault of the program: {type(error).__name__}: {words_} (FEM_SPA_DEBUG=1 shows where)",
+            file=sys.stderr,
+        )
+        return UNFINISHED
+
+
+def _run(words: list[str]) -> int:
+    """Parse, load the one command that is asked for, call it."""
+    parser = Parser(
+        prog="fem-spa",
+        description="Soft pneumatic actuators: from a drawing and a rubber's test to an angle-pressure curve.",
+        epilog="fem-spa COMMAND --help says more. A first run: fem-spa study --list",
+    )
+    parser.add_argument("--version", action="version", version=f"fem-spa {__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", dest="command", parser_class=Parser)
+    asked = next((word for word in words if not word.startswith("-")), None)
+    module = None
+    for name, summary in SUMMARIES.items():
+        sub = commands.add_parser(name, help=summary, formatter_class=argparse.RawDescriptionHelpFormatter)
+        if name == asked:
+            module = importlib.import_module(f"fem_spa.commands.{name}")
+            sub.description = getattr(module, "DESCRIPTION", summary)
+            module.add_arguments(sub)
+    arguments = parser.parse_args(words)
+    if arguments.command is None or module is None:
+        parser.error(f"a command is needed: {', '.join(SUMMARIES)}")
+    if hasattr(signal, "SIGTERM"):
+        signal.signal(signal.SIGTERM, _interrupt)
+    return int(module.run(arguments))
+
+
+def _interrupt(*_: object) -> None:
+    """A polite end from outside counts as Ctrl-C: what was reached stays whole."""
+    raise KeyboardInterrupt
+
+
+def _wrong_input(error: Exception) -> bool:
+    """Whether one of the three rooms has refused its input."""
+    from fem_spa.errors import InputError
+    from geometry.errors import GeometryError
+    from materials.errors import MaterialError
+
+    return isinstance(error, (InputError, GeometryError, MaterialError))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,119 @@
+"""Shaded images of triangles on paper, by VTK off screen. Only the few modules of VTK that are needed are loaded."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+import numpy as np
+
+SHARPNESS = 2
+"""Pixels rendered for one of the image, each way: smooth edges on any driver."""
+
+
+class RenderingFailed(RuntimeError):
+    """VTK is not there, or gave an empty image."""
+
+
+class Window:
+    """An off-screen window that looks at a rectangle of the paper.
+
+    Parameters
+    ----------
+    box : (left, right, bottom, top) on paper, m
+    width : pixels of the image
+    """
+
+    def __init__(self, box: tuple[float, float, float, float], width: int) -> None:
+        if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+            os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+        try:
+            import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+            from vtkmodules.vtkCommonCore import vtkLogger
+            from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+        except ImportError as error:
+            raise RenderingFailed(str(error)) from error
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+        left, right, bottom, top = box
+        height = max(1, round(width * (top - bottom) / (right - left)))
+        self._renderer: Any = vtkRenderer()
+        self._renderer.SetBackground(1.0, 1.0, 1.0)
+        self._window: Any = vtkRenderWindow()
+        self._window.SetOffScreenRendering(1)
+        self._window.SetMultiSamples(0)
+        self._window.SetSize(width * SHARPNESS, height * SHARPNESS)
+        self._window.AddRenderer(self._renderer)
+        camera = self._renderer.GetActiveCamera()
+        camera.ParallelProjectionOn()
+        x, y, far = 0.5 * (left + right), 0.5 * (bottom + top), 10.0 * (right - left + top - bottom)
+        camera.SetFocalPoint(x, y, 0.0)
+        camera.SetPosition(x, y, far)
+        camera.SetViewUp(0.0, 1.0, 0.0)
+        camera.SetParallelScale(0.5 * (top - bottom))
+        camera.SetClippingRange(0.01 * far, 2.0 * far)
+
+    def image(self, paper: np.ndarray, triangles: np.ndarray, normals: np.ndarray, colours: np.ndarray) -> np.ndarray:
+        """(height, width, 4) of 0..1, transparent where there is nothing.
+
+        Parameters
+        ----------
+        paper : (n, 3) right, up, depth, m
+        triangles : (k, 3);  normals : (k, 3, 3) of their corners in the same axes as `paper` has
+        colours : (n, 3) of 0..1
+        """
+        actor = self._actor(paper, triangles, normals, colours)
+        self._renderer.AddActor(actor)
+        self._window.Render()
+        pixels = self._pixels()
+        self._renderer.RemoveActor(actor)
+        if not pixels[..., 3].any():
+            raise RenderingFailed("the image is empty")
+        return pixels
+
+    def _actor(self, paper: np.ndarray, triangles: np.ndarray, normals: np.ndarray, colours: np.ndarray) -> Any:
+        from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+        from vtkmodules.vtkCommonCore import vtkPoints
+        from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+        corners = paper[triangles].reshape(-1, 3) * (1.0, 1.0, -1.0)
+        points, cells, surface = vtkPoints(), vtkCellArray(), vtkPolyData()
+        points.SetData(numpy_to_vtk(np.ascontiguousarray(corners), deep=1))
+        count = len(triangles)
+        cells.SetData(
+            numpy_to_vtkIdTypeArray(np.arange(0, 3 * count + 1, 3), deep=1),
+            numpy_to_vtkIdTypeArray(np.arange(3 * count), deep=1),
+        )
+        surface.SetPoints(points)
+        surface.SetPolys(cells)
+        shading = normals.reshape(-1, 3) * (1.0, 1.0, -1.0)
+        surface.GetPointData().SetNormals(numpy_to_vtk(np.ascontiguousarray(shading), deep=1))
+        bytes_ = np.round(255.0 * colours[triangles].reshape(-1, 3)).astype(np.uint8)
+        surface.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(bytes_), deep=1))
+        mapper, actor = vtkPolyDataMapper(), vtkActor()
+        mapper.SetInputData(surface)
+        actor.SetMapper(mapper)
+        look = actor.GetProperty()
+        look.SetAmbient(0.38)
+        look.SetDiffuse(0.66)
+        look.SetSpecular(0.08)
+        look.SetSpecularPower(20.0)
+        return actor
+
+    def _pixels(self) -> np.ndarray:
+        """What was rendered, `SHARPNESS` pixels made one."""
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkCommonCore import vtkFloatArray, vtkUnsignedCharArray
+
+        width, height = self._window.GetSize()
+        raw, deep = vtkUnsignedCharArray(), vtkFloatArray()
+        self._window.GetPixelData(0, 0, width - 1, height - 1, 1, raw, 0)
+        self._window.GetZbufferData(0, 0, width - 1, height - 1, deep)
+        colour = vtk_to_numpy(raw).reshape(height, width, 3)[::-1] / 255.0
+        seen = (vtk_to_numpy(deep).reshape(height, width)[::-1] < 1.0).astype(float)[..., None]
+        full = np.concatenate([colour * seen, seen], axis=2)
+        n = SHARPNESS
+        small = full[: height // n * n, : width // n * n].reshape(height // n, n, width // n, n, 4).mean(axis=(1, 3))
+        small[..., :3] /= np.maximum(small[..., 3:], 1e-9)
+        return small

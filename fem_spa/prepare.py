@@ -1,0 +1,347 @@
+"""A checked deck -> the problem in SI: mesh, materials, layers, supports, load path."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_spa.deck import (
+    PRESSURE_LIMITS,
+    RATIO_LIMITS,
+    VOLUME_LIMITS,
+    Deck,
+    MaterialTable,
+    Measure,
+    end_of_path,
+    nearest,
+    refuse_unknown,
+)
+from fem_spa.errors import InputError
+from fem_spa.solid.problem import Layer, Loads, Material, Problem, StepControl
+from fem_spa.units import brief, quantity, show
+from geometry.tagged import TaggedMesh
+
+SMALLEST, LARGEST = 1e-3, 2.0
+"""m: a body whose largest size is outside is a slip of unit."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is solved and what the report says of it.
+
+    sources : volume -> where its material's numbers are from;  warnings : plain sentences
+    resolved : the deck with every default filled in, units as text
+    mesh_seconds : spent on meshing or reading
+    """
+
+    problem: Problem
+    steps: StepControl
+    resolved: dict[str, Any]
+    sources: dict[str, str]
+    warnings: list[str]
+    mesh_seconds: float
+
+
+def prepare(deck: Deck) -> Setup:
+    """Everything that the solver needs.
+
+    Raises
+    ------
+    InputError, geometry.errors.GeometryError, materials.errors.MaterialError
+        In one line: what was given, what is there, what to try.
+    """
+    materials, sources = _materials(deck)
+    shape = built_in(deck) if deck.geometry.shape is not None else None
+    if shape is not None:  # what the mesh would be refused for, before it is made
+        _check_names(deck, shape.volume_names(), shape.surface_names())
+    begun = time.perf_counter()
+    mesh = make_mesh(deck, shape)
+    seconds = time.perf_counter() - begun
+    symmetry = _symmetry(deck, mesh, shape is not None)
+    _check_names(deck, mesh.volumes, mesh.surfaces)
+    _check_gravity(deck, materials)
+    loads = deck.loads
+    problem = Problem(
+        mesh=mesh,
+        materials={name: materials[name] for name in mesh.volumes},
+        layers={n: Layer(t.modulus.si, t.thickness.si, t.poisson) for n, t in deck.layers.items()},
+        loads=Loads(
+            points=load_points(deck, mesh, symmetry),
+            control=loads.control,
+            gravity=_three(loads.gravity) or (0.0, 0.0, 0.0),
+            tip_force=_three(loads.tip_force) or (0.0, 0.0, 0.0),
+            tip_displacement=_three(loads.tip_displacement),
+        ),
+        fixed=tuple(deck.supports.fixed),
+        symmetry=symmetry,
+        angle=deck.observe.angle,
+        blocked=deck.observe.blocked,
+    )
+    solver = deck.solver
+    steps = StepControl(solver.imposed_steps, solver.tolerance, solver.max_iterations)
+    bare = [name for name in mesh.layers if name not in deck.layers]
+    warnings = [
+        f"The mesh has a surface 'layer {name}', but the deck has no [layers.{name}]: it carries no membrane."
+        for name in bare
+    ]
+    return Setup(problem, steps, resolved_deck(deck, shape, symmetry), sources, warnings, seconds)
+
+
+def built_in(deck: Deck) -> Any:
+    """The built-in shape of a deck with the deck's parameters, validated but not meshed."""
+    from geometry.parameters import parameters
+    from geometry.registry import SHAPES
+
+    geometry = deck.geometry
+    name = geometry.shape or ""
+    if name not in SHAPES:
+        raise InputError(f"given {brief(name)} for geometry.shape: there is no such shape{nearest(name, SHAPES)}")
+    if geometry.unit is not None:
+        raise InputError("given geometry.unit with geometry.shape: it is the unit of a file's numbers; leave it out")
+    known = {item.name: item for item in parameters(SHAPES[name])}
+    refuse_unknown(geometry.parameters, [*known, "shape", "size"], "geometry")
+    given: dict[str, Any] = {}
+    for key, value in geometry.parameters.items():
+        item = known[key]
+        given[key] = value if item.kind in ("flag", "pattern") else quantity(value, item.unit, f"geometry.{key}")
+        if item.kind == "count" and float(given[key]).is_integer():
+            given[key] = int(given[key])
+    shape = SHAPES[name](**given)
+    shape.validate()
+    return shape
+
+
+def make_mesh(deck: Deck, shape: Any = None) -> TaggedMesh:
+    """The mesh of a deck: a built-in shape's, or that of a file (its path starts at the deck's folder)."""
+    geometry = deck.geometry
+    size = None if geometry.size is None else geometry.size.si
+    if geometry.shape is not None:
+        mesh = (shape or built_in(deck)).mesh(size) if size is not None else (shape or built_in(deck)).mesh()
+    else:
+        refuse_unknown(geometry.parameters, ("file", "unit", "size"), "geometry")
+        if geometry.unit is None:
+            raise InputError('geometry.unit is missing: say the unit of the file\'s numbers, for example unit = "mm"')
+        from geometry.files import read
+
+        mesh = read(deck.folder / str(geometry.file), unit=geometry.unit, size=size)
+    extent = float(np.ptp(mesh.points, axis=0).max())
+    if not SMALLEST <= extent <= LARGEST:
+        raise InputError(
+            f"the body's largest size is {show(float(f'{extent:.3g}'), 'm')}; {show(SMALLEST, 'm')} to {show(LARGEST, 'm')} is "
+            f"allowed: is geometry.unit ({geometry.unit or 'of the sizes'}) the unit of the numbers?"
+        )
+    return mesh
+
+
+def _materials(deck: Deck) -> tuple[dict[str, Material], dict[str, str]]:
+    """Material and source of every [materials.X]."""
+    built, sources = {}, {}
+    for name, table in deck.materials.items():
+        where = f"materials.{name}"
+        built[name], sources[name] = _from_card(deck, table) if table.card is not None else _from_law(table, where)
+    return built, sources
+
+
+def _from_card(deck: Deck, table: MaterialTable) -> tuple[Material, str]:
+    from materials.card import load_card
+    from materials.registry import small_strain
+
+    card = load_card(_card_path(deck, str(table.card)))
+    bulk = card.bulk if table.bulk is None else table.bulk.si
+    density = card.density if table.density is None else table.density.si
+    bulk = small_strain(card.law, card.parameters, bulk).K
+    return Material(card.law, dict(card.parameters), bulk, density), f"card {card.name}: {card.source}"
+
+
+def _card_path(deck: Deck, card: str) -> str:
+    """A card's name, or its path from the deck's folder."""
+    is_path = card.endswith(".toml") or "/" in card or "\\" in card
+    return str(deck.folder / card) if is_path else card
+
+
+def _from_law(table: MaterialTable, where: str) -> tuple[Material, str]:
+    from materials.registry import law, resolve, small_strain
+
+    try:
+        chosen = law(str(table.law))
+    except ValueError as error:
+        raise InputError(f"given {brief(table.law)} for {where}.law: {error}") from None
+    refuse_unknown(table.parameters, [*chosen.parameters, "law", "bulk", "density"], where)
+    given = {key: quantity(value, chosen.parameters[key], f"{where}.{key}") for key, value in table.parameters.items()}
+    full = resolve(chosen, given, where)
+    bulk = float("inf") if table.bulk is None else table.bulk.si
+    bulk = small_strain(chosen, full, bulk).K
+    return Material(chosen, full, bulk, None if table.density is None else table.density.si), "the deck"
+
+
+def _check_names(deck: Deck, volumes: Sequence[str] | Mapping[str, Any], surfaces: Sequence[str] | Mapping[str, Any]) -> None:
+    """Every name that the deck speaks of must be there, and every volume needs a material."""
+    for name in deck.materials:
+        if name not in volumes:
+            raise InputError(f"given materials.{name}: the mesh has no volume '{name}'{nearest(name, volumes)}")
+    for name in volumes:
+        if name not in deck.materials:
+            raise InputError(
+                f'materials.{name} is missing: the volume \'{name}\' needs a material, for example '
+                f'[materials.{name}] with card = "dragon-skin-30"'
+            )
+    layers = [name[6:] for name in surfaces if name.startswith("layer ")]
+    for name in deck.layers:
+        if name not in layers:
+            raise InputError(f"given layers.{name}: the mesh has no surface 'layer {name}'{nearest(name, layers)}")
+    for name in deck.supports.fixed:
+        _need_surface(name, surfaces, "supports.fixed")
+    for name in deck.supports.symmetry or {}:
+        _need_surface(name, surfaces, "supports.symmetry")
+    if not deck.supports.fixed and set((deck.supports.symmetry or {}).values()) != {"x", "y", "z"}:
+        raise InputError("supports.fixed is empty: the body would float; name a surface, or symmetry planes of x, y and z")
+    cavities = [name[7:] for name in surfaces if name.startswith("cavity ")]
+    if not cavities:
+        raise InputError("the mesh has no cavity: name at least one surface 'cavity NAME', closed around its air")
+    for key in ("tip_force", "tip_displacement"):
+        if getattr(deck.loads, key) is not None:
+            _need_surface("tip", surfaces, f"loads.{key}")
+    if deck.observe.blocked:
+        _need_surface("tip", surfaces, "observe.blocked")
+    key, end = end_of_path(deck.loads)
+    _spread(end, sorted(cavities), f"loads.{key}")
+
+
+def _need_surface(name: str, surfaces: Any, where: str) -> None:
+    if name not in surfaces:
+        raise InputError(f"given {where}: the mesh has no surface '{name}'{nearest(name, surfaces)}")
+
+
+def _symmetry(deck: Deck, mesh: TaggedMesh, built_in_shape: bool) -> dict[str, str]:
+    """The deck's symmetry planes, or y for a built-in half model; a user's file must say it."""
+    if deck.supports.symmetry is not None:
+        return dict(deck.supports.symmetry)
+    if "symmetry" not in mesh.surfaces:
+        return {}
+    if built_in_shape:
+        return {"symmetry": "y"}
+    raise InputError(
+        "the mesh has a surface 'symmetry', and supports.symmetry does not say its plane: "
+        'give [supports] symmetry = { symmetry = "y" } (the normal), or {} where it is free'
+    )
+
+
+def _check_gravity(deck: Deck, materials: Mapping[str, Material]) -> None:
+    if any(deck.loads.gravity or ()):
+        for name, material in materials.items():
+            if material.density is None:
+                raise InputError(f'materials.{name}.density is missing: gravity acts, for example density = "1080 kg/m^3"')
+
+
+def _three(values: Any) -> tuple[float, float, float] | None:
+    if values is None:
+        return None
+    x, y, z = (value.si if isinstance(value, Measure) else float(value) for value in values)
+    return x, y, z
+
+
+_UNIT: dict[str, tuple[str, dict[str, Any]]] = {
+    "pressure": ("Pa", PRESSURE_LIMITS),
+    "volume": ("m^3", VOLUME_LIMITS),
+    "volume_ratio": ("1", RATIO_LIMITS),
+    "gas_mass_ratio": ("1", RATIO_LIMITS),
+}
+
+
+def load_points(deck: Deck, mesh: TaggedMesh, symmetry: Mapping[str, str]) -> list[dict[str, float]]:
+    """The load points in the unit of the control (Pa, m^3, or ratio of gas mass), the last the end.
+
+    Parameters
+    ----------
+    deck : its [loads] pressure, volume, volume_ratio or gas_mass_ratio, and path or points
+    mesh : for the cavities and their rest volumes
+    symmetry : surface -> axis; each plane doubles the enclosed volume
+    """
+    key, given = end_of_path(deck.loads)
+    cavities = mesh.cavities
+    last = _spread(given, cavities, f"loads.{key}")
+    order = list(cavities) if "" in given else list(given)
+    points = [_path_point(entry, key, cavities, order, i) for i, entry in enumerate(deck.loads.path or [])]
+    rest = dict.fromkeys(cavities, 1.0 if key in ("volume_ratio", "gas_mass_ratio") else 0.0)
+    if key == "volume":
+        rest = rest_volumes(mesh, symmetry)
+    if deck.loads.points:
+        count = deck.loads.points
+        points = [{c: rest[c] + (last[c] - rest[c]) * i / count for c in cavities} for i in range(1, count)]
+    if not points or points[-1] != last:
+        points.append(last)
+    if key == "volume_ratio":
+        volumes = rest_volumes(mesh, symmetry)
+        return [{c: point[c] * volumes[c] for c in cavities} for point in points]
+    return points
+
+
+def _spread(given: Mapping[str, Measure], cavities: Sequence[str], where: str) -> dict[str, float]:
+    """A value for every cavity from the deck's value or table."""
+    if "" in given:
+        return dict.fromkeys(cavities, given[""].si)
+    for name in given:
+        if name not in cavities:
+            raise InputError(f"given {where}.{name}: the mesh has no cavity '{name}'{nearest(name, cavities)}")
+    for name in cavities:
+        if name not in given:
+            raise InputError(f"{where}.{name} is missing: every cavity needs a value ({', '.join(cavities)})")
+    return {name: given[name].si for name in cavities}
+
+
+def _path_point(entry: Any, key: str, cavities: Sequence[str], order: Sequence[str], number: int) -> dict[str, float]:
+    """One entry of loads.path: a value for all, a list in the order of the end's table, or a table."""
+    where = f"loads.{key.replace('pressure', 'path')}.{number}" if key == "pressure" else f"loads.path.{number}"
+    unit, limits = _UNIT[key]
+
+    def read(value: Any, name: str) -> Measure:
+        return Measure(value, quantity(value, unit, f"{where}{name}", **limits))
+
+    if isinstance(entry, Mapping):
+        return _spread({name: read(value, f".{name}") for name, value in entry.items()}, cavities, where)
+    if isinstance(entry, list):
+        if len(entry) != len(order):
+            raise InputError(f"given {brief(entry)} for {where}: {len(order)} values are needed ({', '.join(order)})")
+        return _spread({name: read(value, f".{name}") for name, value in zip(order, entry, strict=True)}, cavities, where)
+    return _spread({"": read(entry, "")}, cavities, where)
+
+
+def rest_volumes(mesh: TaggedMesh, symmetry: Mapping[str, str]) -> dict[str, float]:
+    """Cavity -> enclosed volume of the whole actuator at rest, m^3."""
+    from fem_spa.solid.cavity import Cavity
+    from geometry.second_order import to_second_order
+
+    mesh = to_second_order(mesh)
+    origin = np.zeros(3)
+    for surface, axis in symmetry.items():
+        i = "xyz".index(axis)
+        origin[i] = float(np.mean(mesh.points[np.asarray(mesh.surfaces[surface]).ravel(), i]))
+    factor = 2.0 ** len(symmetry)
+    return {c: factor * Cavity(mesh.surfaces[f"cavity {c}"], origin).volume(mesh.points) for c in mesh.cavities}
+
+
+def resolved_deck(deck: Deck, shape: Any, symmetry: Mapping[str, str]) -> dict[str, Any]:
+    """The deck with defaults filled in; written as TOML anywhere, it gives the same run."""
+    table = deck.table()
+    geometry = table["geometry"]
+    if shape is not None:
+        from geometry.parameters import parameters
+
+        written = {item.name: getattr(shape, item.name) for item in parameters(shape)}
+        for item in parameters(shape):
+            if item.name not in geometry:
+                plain = item.kind in ("count", "flag", "pattern")
+                geometry[item.name] = written[item.name] if plain else show(written[item.name], item.unit)
+        geometry.setdefault("size", show(shape.default_size, "m"))
+    else:
+        geometry["file"] = str((deck.folder / str(deck.geometry.file)).resolve())
+    for material in table["materials"].values():
+        if "card" in material and _card_path(deck, material["card"]) != material["card"]:
+            material["card"] = str(Path(_card_path(deck, material["card"])).resolve())
+    table["supports"]["symmetry"] = dict(symmetry)
+    return table
