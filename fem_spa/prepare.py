@@ -124,11 +124,11 @@ def make_mesh(deck: Deck, shape: Any = None) -> TaggedMesh:
         mesh = (shape or built_in(deck)).mesh(size) if size is not None else (shape or built_in(deck)).mesh()
     else:
         refuse_unknown(geometry.parameters, ("file", "unit", "size"), "geometry")
-        if geometry.unit is None:
-            raise InputError('geometry.unit is missing: say the unit of the file\'s numbers, for example unit = "mm"')
-        from geometry.files import read
+        from geometry.files import UNITS, read_mesh
 
-        mesh = read(deck.folder / str(geometry.file), unit=geometry.unit, size=size)
+        if geometry.unit is not None and geometry.unit not in UNITS:
+            raise InputError(f"given {brief(geometry.unit)} for geometry.unit: allowed are {', '.join(UNITS)}")
+        mesh = read_mesh(deck.folder / str(geometry.file), unit=geometry.unit, size=size, required=())
     extent = float(np.ptp(mesh.points, axis=0).max())
     if not SMALLEST <= extent <= LARGEST:
         raise InputError(

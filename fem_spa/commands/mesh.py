@@ -7,6 +7,10 @@ from pathlib import Path
 from typing import Any
 
 
+UNIT = "mm"
+"""Of the numbers in the file: a deck that reads it says unit = "mm"."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments; the shapes are listed below the help, from their metadata."""
     parser.add_argument("deck", metavar="DECK.toml", help="the deck; only its [geometry] is used")
@@ -56,17 +60,17 @@ def run(arguments: argparse.Namespace) -> int:
     out.parent.mkdir(parents=True, exist_ok=True)
     write_mesh(out, mesh)
     print(summary(mesh))
-    print(f"See {out}")
+    print(f"See {out} (numbers in {UNIT})")
     return 0
 
 
 def write_mesh(out: Path, mesh: Any) -> None:
     """Write beside the file's name, then rename: a reader finds it whole or not at all."""
-    from geometry.files import write
+    from geometry.files import write_mesh as write
 
     part = out.with_name(f".{out.stem}.part{out.suffix}")
     try:
-        write(part, mesh)
+        write(mesh, part, UNIT)
         part.replace(out)
     finally:
         part.unlink(missing_ok=True)

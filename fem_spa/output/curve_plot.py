@@ -78,22 +78,28 @@ def _line(axes: Any, x: np.ndarray, y: np.ndarray, rows: Sequence[Row], name: st
         axes.plot(x[named], y[named], "o", color="white", markeredgecolor=colour, markeredgewidth=1.6, markersize=6.5, zorder=4)
 
 
-def _touch_line(axes: Any, place: float | None) -> None:
-    """Where walls touch for the first time: what comes after is without contact."""
+def _touch_line(axes: Any, place: float | None, falls: bool = False) -> None:
+    """Where walls touch for the first time: what comes after is without contact.
+
+    `falls` : the curve goes down, so that the room for words is at the other end
+    """
     if place is None:
         return
+    low, high = axes.get_xlim()
     axes.axvline(place, color=WARN, linewidth=1.3, linestyle="--", zorder=2)
-    axes.axvspan(place, max(axes.get_xlim()[1], place), color=WARN, alpha=0.07, linewidth=0, zorder=0)
+    axes.axvspan(place, max(high, place), color=WARN, alpha=0.07, linewidth=0, zorder=0)
+    axes.set_xlim(low, max(high, place))
+    early = place < 0.5 * (low + high)
     axes.annotate(
-        f"walls touch at {number(place, 3)} kPa; from here on without contact",
-        (place, 0.02),
+        f"walls touch at {number(place, 3)} kPa:\nfrom here on without contact",
+        (place, 0.97 if early != falls else 0.03),
         xycoords=("data", "axes fraction"),
-        xytext=(4, 0),
+        xytext=(6 if early else -6, 0),
         textcoords="offset points",
         color=WARN,
-        fontsize=8.5,
-        rotation=90,
-        va="bottom",
+        fontsize=9,
+        ha="left" if early else "right",
+        va="top" if early != falls else "bottom",
     )
 
 
@@ -110,7 +116,6 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     y = np.degrees([row.angle for row in rows])
     axes.plot(*_from_rest(problem, x, y), "-", color=ACCENT, linewidth=2.0, zorder=3)
     _line(axes, x, y, rows, "angle")
-    last = rows[-1]
     axes.annotate(
         f"{number(float(y[-1]))}°",
         (x[-1], y[-1]),
@@ -124,11 +129,11 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     axes.set_ylabel("bending angle [deg]")
     words = {"done": "", "limit": ", load limit", "diverged": ", stopped early", "interrupted": ", interrupted"}
     axes.set_title(f"Angle over pressure, {len(rows)} steps{words.get(result.status, '')}")
+    axes.margins(y=0.12)
     tidy(axes)
     if len(problem.mesh.cavities) > 1 and "path" in label:
         _pressures_below(axes, problem, x, rows)
-    _touch_line(axes, touch)
-    del last
+    _touch_line(axes, touch, bool(y[-1] < 0.0))
 
 
 def _pressures_below(axes: Any, problem: Problem, x: np.ndarray, rows: Sequence[Row]) -> None:

@@ -69,7 +69,7 @@ class ResultFolder:
     def iteration(self, step: int, pressure: dict[str, float], iteration: int, residual: float) -> None:
         """Nothing is kept of single iterations."""
 
-    def converged(self, state: State, row: Row) -> None:
+    def converged(self, state: State, row: Row, fraction: float = 0.0) -> None:
         """Write the fields of this step, then the lists that name it."""
         begun = time.perf_counter()
         self.rows.append(row)
@@ -90,7 +90,8 @@ class ResultFolder:
     def _fields(self, state: State, row: Row) -> bytes:
         from fem_spa.solid.fields import nodal_fields
 
-        fields = nodal_fields(self.space, state)
+        assert self.problem is not None
+        fields = nodal_fields(self.space, self.problem.materials, state)
         small = {name: np.asarray(values, dtype=np.float32) for name, values in fields.items()}
         small["displacement"] = np.asarray(fields["displacement"], dtype=np.float64)
         names = pressure_headers(self.cavities)

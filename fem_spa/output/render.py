@@ -53,16 +53,15 @@ class Window:
         camera.SetParallelScale(0.5 * (top - bottom))
         camera.SetClippingRange(0.01 * far, 2.0 * far)
 
-    def image(self, paper: np.ndarray, triangles: np.ndarray, normals: np.ndarray, colours: np.ndarray) -> np.ndarray:
+    def image(self, paper: np.ndarray, triangles: np.ndarray, colours: np.ndarray) -> np.ndarray:
         """(height, width, 4) of 0..1, transparent where there is nothing.
 
         Parameters
         ----------
         paper : (n, 3) right, up, depth, m
-        triangles : (k, 3);  normals : (k, 3, 3) of their corners in the same axes as `paper` has
-        colours : (n, 3) of 0..1
+        triangles : (k, 3);  colours : (k, 3, 3) of their corners, 0..1
         """
-        actor = self._actor(paper, triangles, normals, colours)
+        actor = self._actor(paper, triangles, colours)
         self._renderer.AddActor(actor)
         self._window.Render()
         pixels = self._pixels()
@@ -71,7 +70,7 @@ class Window:
             raise RenderingFailed("the image is empty")
         return pixels
 
-    def _actor(self, paper: np.ndarray, triangles: np.ndarray, normals: np.ndarray, colours: np.ndarray) -> Any:
+    def _actor(self, paper: np.ndarray, triangles: np.ndarray, colours: np.ndarray) -> Any:
         from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
         from vtkmodules.vtkCommonCore import vtkPoints
         from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
@@ -87,18 +86,12 @@ class Window:
         )
         surface.SetPoints(points)
         surface.SetPolys(cells)
-        shading = normals.reshape(-1, 3) * (1.0, 1.0, -1.0)
-        surface.GetPointData().SetNormals(numpy_to_vtk(np.ascontiguousarray(shading), deep=1))
-        bytes_ = np.round(255.0 * colours[triangles].reshape(-1, 3)).astype(np.uint8)
-        surface.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(bytes_), deep=1))
+        shades = np.round(255.0 * np.clip(colours, 0.0, 1.0)).astype(np.uint8).reshape(-1, 3)
+        surface.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(shades), deep=1))
         mapper, actor = vtkPolyDataMapper(), vtkActor()
         mapper.SetInputData(surface)
         actor.SetMapper(mapper)
-        look = actor.GetProperty()
-        look.SetAmbient(0.38)
-        look.SetDiffuse(0.66)
-        look.SetSpecular(0.08)
-        look.SetSpecularPower(20.0)
+        actor.GetProperty().LightingOff()
         return actor
 
     def _pixels(self) -> np.ndarray:
@@ -110,10 +103,14 @@ class Window:
         raw, deep = vtkUnsignedCharArray(), vtkFloatArray()
         self._window.GetPixelData(0, 0, width - 1, height - 1, 1, raw, 0)
         self._window.GetZbufferData(0, 0, width - 1, height - 1, deep)
-        colour = vtk_to_numpy(raw).reshape(height, width, 3)[::-1] / 255.0
-        seen = (vtk_to_numpy(deep).reshape(height, width)[::-1] < 1.0).astype(float)[..., None]
-        full = np.concatenate([colour * seen, seen], axis=2)
-        n = SHARPNESS
-        small = full[: height // n * n, : width // n * n].reshape(height // n, n, width // n, n, 4).mean(axis=(1, 3))
-        small[..., :3] /= np.maximum(small[..., 3:], 1e-9)
-        return small
+        colour = vtk_to_numpy(raw).reshape(height, width, 3)[::-1]
+        seen = vtk_to_numpy(deep).reshape(height, width)[::-1] < 1.0
+        n, rows, columns = SHARPNESS, height // SHARPNESS, width // SHARPNESS
+        total, covered = np.zeros((rows, columns, 3), np.float32), np.zeros((rows, columns, 1), np.float32)
+        for i in range(n):
+            for j in range(n):
+                part = seen[i : rows * n : n, j : columns * n : n, None]
+                covered += part
+                total += colour[i : rows * n : n, j : columns * n : n] * part
+        total /= np.maximum(255.0 * covered, 1.0)
+        return np.concatenate([total, covered / n**2], axis=2)

@@ -11,14 +11,14 @@ import numpy as np
 
 from fem_spa.output.files import write_whole
 from fem_spa.output.render import RenderingFailed, Window
-from fem_spa.output.style import GREY, INK, figure
-from fem_spa.output.surface import Outside, normals, on_paper, outside
+from fem_spa.output.style import INK, figure
+from fem_spa.output.surface import Outside, on_paper, outside, shading
 from fem_spa.output.words import number, pressures
 from fem_spa.solid.problem import Problem, Row, State
 
-GHOST = np.array([0.80, 0.82, 0.85])
+GHOST = np.array([0.88, 0.89, 0.91])
 MAP = "viridis"
-PIXELS = 1500
+PIXELS = 1200
 
 
 def write_shape(path: Path, problem: Problem, space: Any, state: State | None, row: Row | None) -> None:
@@ -37,7 +37,7 @@ def write_shape(path: Path, problem: Problem, space: Any, state: State | None, r
     if state is not None:
         from fem_spa.solid.fields import nodal_fields
 
-        stretch = np.max(np.asarray(nodal_fields(space, state)["principal stretches"]), axis=1)
+        stretch = np.max(np.asarray(nodal_fields(space, problem.materials, state)["principal stretches"]), axis=1)
         moved = skin.moved(state.displacement)
     write_whole(path, _draw(skin, moved, stretch[skin.node] if state is not None else None, row))
 
@@ -59,14 +59,12 @@ def _draw(skin: Outside, moved: np.ndarray, stretch: np.ndarray | None, row: Row
     width = 8.6 if ratio < 1.1 else max(4.8, 8.2 / ratio)
     drawing = figure(width, width * 0.94 * ratio + 1.5)
     axes = drawing.add_subplot()
-    scale = Normalize(1.0, 1.0)
-    colours = np.broadcast_to(GHOST, moved.shape)
+    scale = Normalize(1.0, 1.001)
+    layers = [(paper[0], GHOST * shading(skin.rest, skin.triangles)[:, :, None])]
     if stretch is not None:
         scale = Normalize(1.0, max(1.001, float(np.quantile(stretch, 0.999))))
         colours = colormaps[MAP](scale(stretch))[:, :3]
-    layers = [(skin.rest, paper[0], np.broadcast_to(GHOST, moved.shape))]
-    if stretch is not None:
-        layers.append((moved, paper[1], colours))
+        layers.append((paper[1], colours[skin.triangles] * shading(moved, skin.triangles)[:, :, None]))
     _paint(axes, skin.triangles, layers, box)
     axes.set_xlim(1e3 * box[0], 1e3 * box[1])
     axes.set_ylim(1e3 * box[2], 1e3 * box[3])
@@ -85,41 +83,34 @@ def _draw(skin: Outside, moved: np.ndarray, stretch: np.ndarray | None, row: Row
     return buffer.getvalue()
 
 
-def _paint(axes: Any, triangles: np.ndarray, layers: list[tuple[Any, Any, Any]], box: tuple[float, ...]) -> None:
+Layer = tuple[np.ndarray, np.ndarray]
+"""Points on paper (n, 3) m, and colours (k, 3, 3) of the triangles' corners."""
+
+
+def _paint(axes: Any, triangles: np.ndarray, layers: list[Layer], box: tuple[float, float, float, float]) -> None:
     """Every layer over the one before, by VTK or, where that fails, by matplotlib."""
-    left, right, bottom, top = box
     try:
-        window = Window((left, right, bottom, top), PIXELS)
-        for points, paper, colours in layers:
-            corner, _ = normals(points, triangles)
-            image = window.image(paper, triangles, _to_paper(corner), colours)
-            extent = [1e3 * value for value in box]
-            axes.imshow(np.clip(image, 0.0, 1.0), extent=extent, interpolation="antialiased", zorder=2)
+        window = Window(box, PIXELS)
+        for paper, colours in layers:
+            image = window.image(paper, triangles, colours)
+            axes.imshow(image, extent=[1e3 * value for value in box], interpolation="antialiased", zorder=2)
     except RenderingFailed:
         _paint_flat(axes, triangles, layers)
 
 
-def _to_paper(vectors: np.ndarray) -> np.ndarray:
-    """Normals in the axes right, up, depth."""
-    return vectors[..., [0, 2, 1]]
-
-
-def _paint_flat(axes: Any, triangles: np.ndarray, layers: list[tuple[Any, Any, Any]]) -> None:
-    """Without VTK: flat triangles from back to front."""
+def _paint_flat(axes: Any, triangles: np.ndarray, layers: list[Layer]) -> None:
+    """Without VTK: one colour a triangle, from back to front."""
     from matplotlib.collections import PolyCollection
 
-    light = np.array([0.25, 0.45, -0.86])
-    for points, paper, colours in layers:
-        _, flat = normals(points, triangles)
-        side = _to_paper(flat)
-        seen = np.cross(
-            paper[triangles[:, 1], :2] - paper[triangles[:, 0], :2], paper[triangles[:, 2], :2] - paper[triangles[:, 0], :2]
+    for paper, colours in layers:
+        corner = paper[triangles]
+        (x1, y1), (x2, y2) = (corner[:, i, :2].T - corner[:, 0, :2].T for i in (1, 2))
+        facing = np.flatnonzero(x1 * y2 - y1 * x2 > 0.0)
+        order = facing[np.argsort(-corner[facing, :, 2].mean(axis=1))]
+        paint = np.clip(colours[order].mean(axis=1), 0.0, 1.0)
+        axes.add_collection(
+            PolyCollection(1e3 * corner[order, :, :2], facecolors=paint, edgecolors=paint, linewidths=0.3, zorder=2)
         )
-        facing = np.flatnonzero(seen > 0.0)
-        order = facing[np.argsort(-paper[triangles[facing], 2].mean(axis=1))]
-        bright = 0.5 + 0.5 * np.clip(side[order] @ light, 0.0, 1.0)
-        paint = np.clip(colours[triangles[order]].mean(axis=1) * bright[:, None], 0.0, 1.0)
-        axes.add_collection(PolyCollection(1e3 * paper[triangles[order], :2], facecolors=paint, edgecolors=paint, linewidths=0.3))
 
 
 def _scale_bar(axes: Any, width: float) -> None:
@@ -131,7 +122,6 @@ def _scale_bar(axes: Any, width: float) -> None:
     y = axes.get_ylim()[0] + 0.03 * width
     axes.plot([x, x + length], [y, y], color=INK, linewidth=3.0, solid_capstyle="butt", zorder=5)
     axes.text(x + length / 2, y + 0.008 * width, f"{number(length)} mm", ha="center", va="bottom", color=INK, zorder=5)
-    axes.plot([], [], color=GREY)
 
 
 def _title(row: Row | None) -> str:

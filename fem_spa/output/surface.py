@@ -70,28 +70,40 @@ def on_paper(points: np.ndarray) -> np.ndarray:
     return np.column_stack([x + DEPTH[0] * y, z + DEPTH[1] * y, y])
 
 
-def normals(points: np.ndarray, triangles: np.ndarray, crease: float = 40.0) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals of each triangle's three corners, (k, 3, 3), smooth but for creases; and of the triangles.
+def shading(points: np.ndarray, triangles: np.ndarray, crease: float = 40.0) -> np.ndarray:
+    """Brightness of each triangle's three corners, (k, 3) of 0..1: light from above, left and the reader.
 
     Parameters
     ----------
     points, triangles : as of `Outside`; points at one place count as one
-    crease : degrees between a triangle and the smooth normal from which on its own normal is taken
+    crease : degrees between two triangles at a point from which on the edge between them is seen
     """
     a, b, c = points[triangles[:, 0]], points[triangles[:, 1]], points[triangles[:, 2]]
     area = np.cross(b - a, c - a)
     flat = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
     size = float(np.ptp(points, axis=0).max())
-    _, place = np.unique(np.round(points / (1e-6 * size)).astype(np.int64), axis=0, return_inverse=True)
-    place = place.ravel()
-    smooth = np.zeros((place.max() + 1, 3))
-    for i in range(3):
-        for j in range(3):
-            smooth[:, j] += np.bincount(place[triangles[:, i]], area[:, j], len(smooth))
-    smooth /= np.maximum(np.linalg.norm(smooth, axis=1, keepdims=True), 1e-300)
-    corner = smooth[place[triangles]]
-    sharp = np.einsum("kij,kj->ki", corner, flat) < np.cos(np.radians(crease))
-    return np.where(sharp[:, :, None], flat[:, None, :], corner), flat
+    cell = np.round(points / (1e-6 * size)).astype(np.int64)
+    _, place = np.unique((cell[:, 0] * 4194301 + cell[:, 1]) * 4194301 + cell[:, 2], return_inverse=True)
+    group = place.ravel()[triangles].ravel()  # corner 3 k + i of triangle k -> its place
+    order = np.argsort(group, kind="stable")
+    count = np.bincount(group)
+    start = np.concatenate([[0], np.cumsum(count)[:-1]])
+    many = count[group]  # corners that meet each corner
+    corner = np.repeat(np.arange(len(group)), many)
+    within = np.arange(len(corner)) - np.repeat(np.cumsum(many) - many, many)
+    other = order[np.repeat(start[group], many) + within] // 3
+    alike = np.einsum("ij,ij->i", flat[corner // 3], flat[other]) > np.cos(np.radians(crease))
+    normal = np.stack(
+        [np.bincount(corner[alike], area[other[alike], i], len(group)) for i in range(3)], axis=1
+    )
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    sky = 0.5 + 0.5 * (normal @ (LIGHT / np.linalg.norm(LIGHT)))
+    return (DARKEST + (1.0 - DARKEST) * sky).reshape(-1, 3)
+
+
+LIGHT = np.array([-0.35, -0.75, 0.65])
+DARKEST = 0.45
+"""Brightness of a face that looks away from the light."""
 
 
 def _keys(corners: np.ndarray, count: int) -> np.ndarray:

@@ -72,6 +72,8 @@ def verdict(problem: Problem, result: Result, rows: Sequence[Row]) -> str:
         sentence = f"{head}: at {pressures(last.pressure)} {outcome(last)}."
     else:
         sentence = f"{head}: reached {pressures(last.pressure)} of {end_wanted(problem)}; there {outcome(last)}."
+    if result.touch_pressure:
+        sentence += f" Without contact: from {pressures(result.touch_pressure)} on walls pass through one another."
     peak = highest(rows)
     if peak is not None:
         sentence += f" The pressure had its highest value, {pressures(peak.pressure)}, on the way."

@@ -1,0 +1,197 @@
+"""report.html: one self-contained page. First the verdict, then what one would ask next."""
+
+from __future__ import annotations
+
+import base64
+import html
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fem_spa.output.files import write_whole
+from fem_spa.output.report_style import STYLE
+from fem_spa.output.table import header, values
+from fem_spa.output.toml import to_toml
+from fem_spa.output.words import number, pressures, verdict
+from fem_spa.solid.problem import Problem, Result, Row
+from fem_spa.units import show
+
+MOST_ROWS = 24
+
+
+def write_report(path: Path, problem: Problem, result: Result, record: Mapping[str, Any]) -> None:
+    """Write the page beside curve.png and shape.png, which it holds as data.
+
+    Parameters
+    ----------
+    path : the .html
+    record : content of result.json
+    """
+    name = path.parent.resolve().name
+    sections = [
+        _verdict(problem, result, name),
+        _tiles(problem, result),
+        _warnings(record["warnings"]),
+        _pictures(path.parent),
+        _table(problem, result.rows),
+        _what_was_run(problem, record),
+        _again(record["deck"]),
+        _cost(record),
+    ]
+    page = (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{_text(name)} - fem_spa</title>'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style></head>\n'
+        f"<body><main>\n{''.join(sections)}</main></body></html>\n"
+    )
+    write_whole(path, page)
+
+
+def _text(value: Any) -> str:
+    return html.escape(str(value))
+
+
+def _verdict(problem: Problem, result: Result, name: str) -> str:
+    kind = result.status if result.status in ("done", "interrupted") else "stopped"
+    message = f"<p>{_text(result.message)}</p>" if result.message and result.status != "done" else ""
+    return (
+        f'<header class="{kind}"><p class="name">{_text(name)}: soft pneumatic actuator, finite-element run</p>'
+        f"<h1>{_text(verdict(problem, result, result.rows))}</h1>{message}</header>\n"
+    )
+
+
+def _tiles(problem: Problem, result: Result) -> str:
+    """The numbers that people look for first."""
+    if not result.rows:
+        return ""
+    last = result.rows[-1]
+    tiles = [("pressure at the end", pressures(last.pressure))]
+    if math.isfinite(last.angle):
+        tiles.append(("bending angle", f"{number(math.degrees(last.angle))}°"))
+    if last.force is not None:
+        tiles.append(("force of the held tip", f"{number(last.force)} N"))
+    tiles.append(("largest stretch in the rubber", f"{number(last.max_stretch, 3)} times"))
+    if result.touch_pressure:
+        tiles.append(("walls first touch at", pressures(result.touch_pressure)))
+    tiles.append(("enclosed air", f"{number(last.volume * 1e6)} ml"))
+    cells = "".join(f"<div><strong>{_text(value)}</strong><span>{_text(label)}</span></div>" for label, value in tiles)
+    return f'<section class="tiles">{cells}</section>\n'
+
+
+def _warnings(warnings: Sequence[str]) -> str:
+    if not warnings:
+        return ""
+    items = "".join(f"<li>{_text(text)}</li>" for text in warnings)
+    return f'<section class="warnings"><h2>To know beside the curve</h2><ul>{items}</ul></section>\n'
+
+
+def _pictures(folder: Path) -> str:
+    figures = []
+    for file, words in (
+        ("shape.png", "Deformed shape, and in grey the shape at rest, seen on the bending plane."),
+        ("curve.png", "Dots are converged load steps, rings the load points that the deck names."),
+    ):
+        picture = folder / file
+        if picture.is_file():
+            data = base64.b64encode(picture.read_bytes()).decode("ascii")
+            figures.append(
+                f'<figure><img alt="{_text(words)}" src="data:image/png;base64,{data}"><figcaption>{_text(words)}</figcaption></figure>'
+            )
+    return f'<section class="pictures">{"".join(figures)}</section>\n' if figures else ""
+
+
+def _table(problem: Problem, rows: Sequence[Row]) -> str:
+    """curve.csv; a long one shows the named load points, and all of it on demand."""
+    if not rows:
+        return ""
+    if len(rows) <= MOST_ROWS:
+        return f"<section><h2>The curve in numbers</h2>{_rows(problem, rows)}</section>\n"
+    named = [row for row in rows if row.is_point]
+    few = _rows(problem, named) if named else ""
+    return (
+        f"<section><h2>The curve in numbers</h2>{few}<details><summary>all {len(rows)} steps (curve.csv)</summary>"
+        f"{_rows(problem, rows)}</details></section>\n"
+    )
+
+
+def _rows(problem: Problem, rows: Sequence[Row]) -> str:
+    cavities = problem.mesh.cavities
+    force = rows[0].force is not None
+    names = header(cavities, force)
+    head = "".join(f"<th>{_text(cell)}</th>" for cell in names)
+    body = "".join(
+        f'<tr class="{"point" if row.is_point else ""}">'
+        + "".join(f"<td>{_cell(name, value)}</td>" for name, value in zip(names, values(row, cavities, force), strict=True))
+        + "</tr>"
+        for row in rows
+    )
+    return f'<div class="scroll"><table class="numbers"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def _cell(name: str, value: float) -> str:
+    """A number with as many decimals as its column needs."""
+    decimals = {"angle [deg]": 2, "volume [mm^3]": 0, "max stretch": 3}.get(name, 2 if name.startswith("tip ") else None)
+    return number(value, 5) if decimals is None or value != value else f"{value:.{decimals}f}"
+
+
+def _pairs(pairs: Iterable[tuple[str, Any]]) -> str:
+    rows = "".join(f"<tr><th>{_text(name)}</th><td>{value}</td></tr>" for name, value in pairs)
+    return f"<table>{rows}</table>"
+
+
+def _what_was_run(problem: Problem, record: Mapping[str, Any]) -> str:
+    mesh, loads = record["mesh"], problem.loads
+    pairs: list[tuple[str, Any]] = [
+        (
+            "mesh",
+            f"{_text(mesh['source'])}<br>{record['elements']} ten-node tetrahedra, {record['dofs']} unknowns "
+            f"<small>sha256 {mesh['hash'][:16]}</small>",
+        )
+    ]
+    pairs += [("", _text(note)) for note in mesh["notes"]]
+    pairs += [(f"material of {name}", _material(table)) for name, table in record["materials"].items()]
+    for name, layer in problem.layers.items():
+        words = f"membrane, modulus {show(layer.modulus, 'Pa')}, thickness {show(layer.thickness, 'm')}"
+        pairs.append((f"layer {name}", _text(f"{words}, Poisson's ratio {number(layer.poisson)}")))
+    pairs.append(("held", _text(", ".join([*problem.fixed, *(["tip"] if problem.blocked else [])]) or "nothing")))
+    if problem.symmetry:
+        planes = ", ".join(f"{surface} (normal {axis})" for surface, axis in problem.symmetry.items())
+        pairs.append(("symmetry", _text(f"{planes}; forces and volumes are those of the whole")))
+    pairs.append(("driven by", _text(f"{loads.control}, {len(loads.points)} load points")))
+    if any(loads.gravity):
+        pairs.append(("gravity", _text(", ".join(number(g) for g in loads.gravity) + " m/s²")))
+    if any(loads.tip_force):
+        pairs.append(("force on the tip", _text(", ".join(number(f) for f in loads.tip_force) + " N")))
+    pairs.append(("contact", "not simulated in this version; walls are watched, and what they do is said above"))
+    return f"<section><h2>What was run</h2>{_pairs(pairs)}</section>\n"
+
+
+def _material(table: Mapping[str, Any]) -> str:
+    numbers = ", ".join(f"{key} {show(item['value'], item['unit'])}" for key, item in table["parameters"].items())
+    bulk = table["bulk"]["value"]
+    squeeze = "incompressible" if bulk == "inf" else f"bulk modulus {show(bulk, 'Pa')}"
+    density = "" if table["density"] is None else f", {number(table['density']['value'])} kg/m³"
+    young = show(float(f"{table['youngs_modulus']['value']:.4g}"), "Pa")
+    words = f"{table['law']}: {numbers}; {squeeze}{density}; Young's modulus at rest {young}"
+    return f"{_text(words)}<br><small>source: {_text(table['source'])}</small>"
+
+
+def _again(deck: Mapping[str, Any]) -> str:
+    return (
+        "<section><h2>How to run it again</h2><p>Save this deck as <code>again.toml</code>; every default is written out."
+        "</p><pre>fem-spa solve again.toml --out again</pre>"
+        f"<details><summary>the deck</summary><pre>{_text(to_toml(deck).strip())}</pre></details></section>\n"
+    )
+
+
+def _cost(record: Mapping[str, Any]) -> str:
+    seconds = ", ".join(f"{name} {number(value, 3)} s" for name, value in record["seconds"].items() if value)
+    memory = record["peak_rss_mb"]
+    pairs = [
+        ("work", f"{record['steps']} steps, {record['newton_iterations']} Newton iterations, {record['factorizations']} factorizations"),
+        ("time", seconds),
+        *([("memory", f"{memory:.0f} MB at most")] if memory else []),
+        ("versions", _text(", ".join(f"{name} {text}" for name, text in record["versions"].items()))),
+        ("files beside this page", "curve.csv, result.json, fields.pvd (open in ParaView), curve.png, shape.png"),
+    ]
+    return f"<section><h2>What it took</h2>{_pairs(pairs)}</section>\n"
