@@ -105,12 +105,14 @@ class StepControl:
     tolerance : dimensionless residual at which a step counts as converged
     max_iterations : Newton iterations after which a step is cut
     min_fraction : smallest increment, as a fraction of the stretch between two load points
+    renew_always : factorize at every iteration: full Newton, quadratic to the end, and slower
     """
 
     imposed_steps: int | None = None
     tolerance: float = 1e-8
     max_iterations: int = 15
     min_fraction: float = 1e-4
+    renew_always: bool = False
 
 
 @dataclass(frozen=True)

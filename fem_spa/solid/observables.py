@@ -1,0 +1,120 @@
+"""What is read off a converged state: angle, tip, stretch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fem_spa.solid.problem import Problem
+from fem_spa.solid.space import Space
+from fem_spa.solid.system import AXES
+
+
+class Angle:
+    """Bending angle against the rest shape, followed continuously along the path (beyond 180 deg too).
+
+    "tip-face": best-fitting rotation, in the bending plane, of the tip face's corner nodes, each weighted with
+    its share of the face's area. "tangent": the same for the last tenth of the body (volume-weighted).
+    "chord": rotation of the line from the base's to the tip's centroid.
+
+    The bending plane is normal to the symmetry plane's normal where a symmetry plane contains the actuator's
+    axis; without one it is the plane in which the first load step turns the tip. Positive angles turn about the
+    normal's positive direction: with y as normal, from +x towards -z.
+    """
+
+    def __init__(self, problem: Problem, space: Space) -> None:
+        self.kind = problem.angle
+        self.previous = 0.0
+        self.known = "tip" in space.surfaces
+        if not self.known:
+            return
+        points = space.points
+        tip_weight = corner_areas(space, "tip")
+        self.tip_nodes = np.flatnonzero(tip_weight)
+        self.tip_weight = tip_weight[self.tip_nodes] / tip_weight.sum()
+        tip = self.tip_weight @ points[self.tip_nodes]
+        if "base" in space.surfaces:
+            base_weight = corner_areas(space, "base")
+            self.base_nodes = np.flatnonzero(base_weight)
+            self.base_weight = base_weight[self.base_nodes] / base_weight.sum()
+            along = tip - self.base_weight @ points[self.base_nodes]
+        else:
+            self.base_nodes = None
+            along = area_vector(space, "tip")
+        # symmetry cuts the centroid off the plane, so the axis of the whole actuator lies in it
+        for axis in problem.symmetry.values():
+            along[AXES[axis]] = 0.0
+        length = float(np.linalg.norm(along))
+        self.along = along / length
+        self.axis: np.ndarray | None = None
+        for axis in problem.symmetry.values():
+            normal = np.eye(3)[AXES[axis]]
+            if abs(normal @ self.along) < 0.5:
+                self.axis = normal
+                break
+        if self.kind == "tangent":
+            weight = np.zeros(space.n_nodes)
+            np.add.at(weight, space.tets[:, :4], np.repeat(space.weight.sum(axis=1)[:, None], 4, axis=1))
+            ahead = (points - tip) @ self.along > -0.1 * length
+            self.nodes = np.flatnonzero(ahead & (weight > 0))
+            self.weight = weight[self.nodes] / weight[self.nodes].sum()
+        else:
+            self.nodes, self.weight = self.tip_nodes, self.tip_weight
+        self.points = points
+        self.symmetry = [AXES[a] for a in problem.symmetry.values()]
+
+    def tip(self, displacement: np.ndarray) -> np.ndarray:
+        """(3,) m, centroid of the tip face of the whole actuator."""
+        if not self.known:
+            return np.full(3, np.nan)
+        tip = self.tip_weight @ (self.points[self.tip_nodes] + displacement[self.tip_nodes])
+        for i in self.symmetry:
+            tip[i] = 0.0 if abs(self.along[i]) < 0.5 else tip[i]
+        return tip
+
+    def __call__(self, displacement: np.ndarray) -> float:
+        """rad; nan where the mesh has no tip. displacement : (n_nodes, 3) m"""
+        if not self.known:
+            return float("nan")
+        if self.kind == "chord":
+            rest = self.along[None]
+            base = self.base_weight @ (self.points + displacement)[self.base_nodes] if self.base_nodes is not None else 0
+            moved = (self.tip(displacement) - base)[None]
+            for i in self.symmetry:
+                moved[:, i] = 0.0
+            weight = np.ones(1)
+        else:
+            rest = self.points[self.nodes]
+            moved = rest + displacement[self.nodes]
+            rest = rest - self.weight @ rest
+            moved = moved - self.weight @ moved
+            weight = self.weight
+        cross = weight @ np.cross(rest, moved)
+        axis = self.axis
+        if axis is None:
+            size = float(np.linalg.norm(cross))
+            if size < 1e-6 * float(weight @ np.sum(rest**2, axis=1)):
+                return 0.0
+            axis = cross / size
+            axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
+            self.axis = axis
+        in_plane = np.sum(rest * moved, axis=1) - (rest @ axis) * (moved @ axis)
+        angle = float(np.arctan2(cross @ axis, weight @ in_plane))
+        angle += 2 * np.pi * round((self.previous - angle) / (2 * np.pi))
+        self.previous = angle
+        return angle
+
+
+def corner_areas(space: Space, surface: str) -> np.ndarray:
+    """(n_nodes,) m^2: a third of every (corner) triangle's area to each of its corners."""
+    corners = space.surfaces[surface][:, :3]
+    X = space.points[corners]
+    area = 0.5 * np.linalg.norm(np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]), axis=1)
+    weight = np.zeros(space.n_nodes)
+    np.add.at(weight, corners, np.repeat(area[:, None] / 3, 3, axis=1))
+    return weight
+
+
+def area_vector(space: Space, surface: str) -> np.ndarray:
+    """(3,) m^2, integral of the outward normal over the (corner) triangles."""
+    X = space.points[space.surfaces[surface][:, :3]]
+    return 0.5 * np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]).sum(axis=0)

@@ -1,0 +1,337 @@
+"""Step control: walks a problem's load path, from rest through dead loads to its last load point."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from fem_spa.errors import InputError
+from fem_spa.solid.linear import make_solver
+from fem_spa.solid.newton import Constraint, Equilibrium, Factors, solve_equilibrium
+from fem_spa.solid.observables import Angle
+from fem_spa.solid.observe import Observer
+from fem_spa.solid.predictor import Predictor
+from fem_spa.solid.problem import Problem, Result, Row, State, StepControl
+from fem_spa.solid.space import Space, build_space
+from fem_spa.solid.system import System, cavity_values
+from fem_spa.solid.walls import Walls
+
+STEPS_OF_A_PATH = 20  # largest automatic step: this part of the whole path
+_GROWTH = 2.0
+_EASY = 2.5  # a step that cost no more than this many full Newton iterations may grow
+
+
+def solve(
+    problem: Problem,
+    steps: StepControl | None = None,
+    observers: Sequence[Observer] = (),
+    space: Space | None = None,
+) -> Result:
+    """Walk the load path of a problem.
+
+    Parameters
+    ----------
+    problem : what is to be solved
+    steps : how the path is walked; the answer does not depend on it
+    observers : told of every iteration and converged state
+    space : the space of the problem's mesh, if it is at hand
+
+    Returns
+    -------
+    Result; its `states` holds the last converged state only (observe.KeepStates keeps all). A run that does
+    not reach its end returns what it reached, with the reason in `status` and `message`.
+
+    Raises
+    ------
+    InputError
+        The problem cannot be set up (a surface or density is missing, an element is inverted, ...).
+    """
+    return _Walk(problem, steps or StepControl(), observers, space or build_space(problem.mesh)).run()
+
+
+class _Stop(Exception):
+    def __init__(self, status: str, message: str) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+class _Walk:
+    def __init__(self, problem: Problem, steps: StepControl, observers: Sequence[Observer], space: Space) -> None:
+        self.started = time.perf_counter()
+        self.problem, self.steps, self.observers, self.space = problem, steps, observers, space
+        loads = problem.loads
+        self.dead = any(loads.gravity) or any(loads.tip_force) or loads.tip_displacement is not None
+        self.setup(hold_tip=loads.tip_displacement is not None)
+        self.angle = Angle(problem, space)
+        self.walls: Walls | None = Walls(space, problem.symmetry)
+        n = len(self.system.cavities)
+        self.x, self.pressure = self.system.rest(), np.zeros(n)
+        self.rest_volume = self.system.evaluate(self.x, self.pressure, 0.0).volume
+        self.rows: list[Row] = []
+        self.state: State | None = None
+        self.iterations = 0
+        self.warnings: list[str] = []
+        self.touch: dict[str, float] | None = None
+        self.fraction = 0.0
+
+    def setup(self, hold_tip: bool) -> None:
+        self.seconds = getattr(self, "seconds", {"assembly": 0.0, "linear": 0.0, "contact": 0.0})
+        self.factorizations = getattr(self, "factorizations", 0)
+        self.system = System(self.problem, self.space, hold_tip)
+        self.factors = Factors(make_solver(self.system.pattern))
+
+    def run(self) -> Result:
+        for observer in self.observers:
+            observer.start(self.problem, self.space)
+        status, message = "done", "reached the end of the load path"
+        try:
+            self.dead_loads()
+            self.load_path()
+        except _Stop as stop:
+            status, message = stop.status, str(stop)
+        except KeyboardInterrupt:
+            status, message = "interrupted", "interrupted by the user; everything up to the last converged step is here"
+        self.account()
+        self.seconds["total"] = time.perf_counter() - self.started
+        result = Result(
+            status=status,
+            message=message,
+            rows=self.rows,
+            states=[self.state] if self.state else [],
+            dofs=self.system.pattern.n_free,
+            elements=len(self.space.tets),
+            newton_iterations=self.iterations,
+            factorizations=self.factorizations,
+            seconds=self.seconds,
+            warnings=self.warnings,
+            touch_pressure=self.touch,
+        )
+        for observer in self.observers:
+            observer.finished(result)
+        return result
+
+    def account(self) -> None:
+        self.seconds["assembly"] += self.system.seconds["assembly"]
+        self.seconds["linear"] += self.factors.seconds
+        self.factorizations += self.factors.solver.factorizations
+        self.factors.solver.free()
+
+    # -- the two stages --------------------------------------------------------------------------
+
+    def dead_loads(self) -> None:
+        """Gravity, tip force and prescribed tip, with the cavities open (pressure zero)."""
+        zero = np.zeros(len(self.pressure))
+        constraint = Constraint("pressure", zero, self.rest_volume, self.problem.loads.atmosphere)
+        if self.dead:
+            n = self.steps.imposed_steps or 1
+            points = [np.array([(k + 1) / n]) for k in range(n)]
+            self.stretch(np.zeros(1), points, lambda _: constraint, dead=True)
+        else:
+            self.equilibrium = self.attempt(self.x, self.pressure, constraint, 0.0)
+        self.keep(self.equilibrium, is_point=True)
+        if self.problem.blocked and self.problem.loads.tip_displacement is None:
+            self.account()
+            self.setup(hold_tip=True)
+            self.equilibrium.evaluation = self.system.evaluate(self.x, self.pressure, 1.0)
+
+    def load_path(self) -> None:
+        loads = self.problem.loads
+        points = [cavity_values(self.system, point) for point in loads.points]
+        if not points or not self.system.cavities:
+            return
+        volume = self.equilibrium.evaluation.volume
+        if loads.control == "pressure":
+            start = np.zeros(len(self.pressure))
+        elif loads.control == "volume":
+            start = volume
+            points = [p / self.system.multiplicity for p in points]
+        elif loads.control == "gas-mass":
+            start = (self.pressure + loads.atmosphere) * volume / (loads.atmosphere * self.rest_volume)
+        else:
+            raise InputError(f"control '{loads.control}' is not known; use \"pressure\", \"volume\" or \"gas-mass\"")
+
+        def constraint(target: np.ndarray) -> Constraint:
+            return Constraint(loads.control, target, self.rest_volume, loads.atmosphere)
+
+        self.stretch(start, points, constraint, dead=False)
+
+    # -- one sequence of load points -------------------------------------------------------------
+
+    def stretch(self, start, points, constraint, dead: bool) -> None:
+        """Walk straight lines from `start` through `points` (arrays of prescribed values)."""
+        corners = [start, *points]
+        scale = np.maximum(np.max(np.abs(np.array(corners) - start), axis=0), 1e-300)
+        lengths = [float(np.max(np.abs(b - a) / scale)) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+        total = sum(lengths)
+        if total == 0:
+            return
+        longest = total if dead else total / STEPS_OF_A_PATH
+        size = longest
+        walked = 0.0
+        predictor = Predictor()
+        predictor.add(0.0, self.x, self.pressure)
+        direction = None
+        for a, b, length in zip(corners[:-1], corners[1:], lengths, strict=True):
+            if length == 0:
+                continue
+            new_direction = (b - a) / length
+            if direction is not None and np.max(np.abs(new_direction - direction) / scale) > 1e-9:
+                predictor.corner()
+            direction = new_direction
+            done = 0.0
+            imposed = self.steps.imposed_steps if not dead else None
+            while done < length * (1 - 1e-12):
+                step = length / imposed if imposed else size
+                left = length - done
+                if step > 0.75 * left or (imposed and step > left * (1 - 1e-9)):
+                    step = left
+                equilibrium, step = self.advance(predictor, walked, done, step, length, a, b, constraint, dead)
+                done = length if step == left else done + step
+                walked += step
+                self.x, self.pressure = equilibrium.x, equilibrium.pressure
+                self.equilibrium = equilibrium
+                predictor.add(walked, self.x, self.pressure)
+                if not dead:
+                    self.fraction = walked / total
+                    self.keep(equilibrium, is_point=done == length)
+                if equilibrium.cost <= _EASY:
+                    size = min(longest, max(size, step) * _GROWTH)
+                else:
+                    size = max(step, 0.5 * size) if step < size else size
+
+    def advance(self, predictor, walked, done, step, length, a, b, constraint, dead):
+        """One converged step of at most `step`; smaller ones are tried where it fails."""
+        smallest = self.steps.min_fraction * length
+        while True:
+            target = a + (b - a) * ((done + step) / length)
+            if done + step == length:
+                target = b
+            x, pressure = predictor.predict(walked + step)
+            factor = float(target[0]) if dead else 1.0
+            self.system.prescribe(x, factor)
+            equilibrium = self.attempt(x, pressure, constraint(target), factor)
+            if equilibrium.converged:
+                return equilibrium, step
+            predictor.lower()
+            step *= 0.5
+            if step < smallest:
+                raise self.give_up(equilibrium, constraint, dead)
+
+    def attempt(self, x: np.ndarray, pressure: np.ndarray, constraint: Constraint, dead_factor: float) -> Equilibrium:
+        step = len(self.rows)
+        named = dict(zip(self.system.cavities, pressure, strict=True))
+
+        def notice(iteration: int, error: float) -> None:
+            for observer in self.observers:
+                observer.iteration(step, named, iteration, error)
+
+        equilibrium = solve_equilibrium(
+            self.system,
+            self.factors,
+            x,
+            pressure,
+            constraint,
+            dead_factor,
+            self.steps.tolerance,
+            self.steps.max_iterations,
+            self.steps.renew_always,
+            notice,
+        )
+        self.iterations += equilibrium.iterations
+        return equilibrium
+
+    def give_up(self, failed: Equilibrium, constraint, dead: bool) -> _Stop:
+        """Say why no smaller step helps: the body can bear no more, or the numbers break down."""
+        stretch, worst = self.largest_stretch()
+        e = failed.evaluation
+        if np.isfinite(e.min_jacobian) and e.min_jacobian <= 0:
+            worst = e.worst
+        place = self.system.place(worst)
+        at = ", ".join(
+            f"{name} {1e-3 * p:.4g} kPa" for name, p in zip(self.system.cavities, self.pressure, strict=True)
+        )
+        where = "under the dead loads alone" if dead else f"beyond {at or 'the last step'}"
+        reason = f"no equilibrium found {where} ({failed.why}); largest stretch {stretch:.2f}, worst {place}"
+        if not dead and self.problem.loads.control == "pressure" and self.near_limit():
+            return _Stop(
+                "limit",
+                f"{reason}. The body grows without bound here: a limit point; control = \"volume\" goes on through it",
+            )
+        return _Stop("diverged", f"{reason}. A finer mesh there or a smaller load may help")
+
+    def largest_stretch(self) -> tuple[float, int]:
+        self.system.evaluate(self.x, self.pressure, 1.0)
+        return self.system.max_stretch()
+
+    def near_limit(self) -> bool:
+        """Has the volume's response to pressure grown tenfold along the path, or turned round?"""
+        volumes = np.array([row.volume for row in self.rows])
+        pressures = np.array([max(row.pressure.values(), key=abs, default=0.0) for row in self.rows])
+        if len(self.rows) < 3:
+            return False
+        with np.errstate(divide="ignore", invalid="ignore"):
+            response = np.diff(volumes) / np.diff(pressures)
+        response = response[np.isfinite(response)]
+        if len(response) < 2:
+            return False
+        return bool(response[-1] < 0 or response[-1] > 10 * np.abs(response).min())
+
+    # -- what is kept of a converged state -------------------------------------------------------
+
+    def keep(self, equilibrium: Equilibrium, is_point: bool) -> None:
+        system = self.system
+        self.x, self.pressure = equilibrium.x, equilibrium.pressure
+        displacement = system.displacement(self.x)
+        stretch, _ = system.max_stretch()
+        volume = equilibrium.evaluation.volume * system.multiplicity
+        named = dict(zip(system.cavities, self.pressure.tolist(), strict=True))
+        force = force_vector = None
+        if self.problem.blocked or self.problem.loads.tip_displacement is not None:
+            force_vector = system.tip_reaction() if system.holds_tip else np.zeros(3)
+            force = float(np.linalg.norm(force_vector))
+        row = Row(
+            step=len(self.rows),
+            pressure=named,
+            angle=self.angle(displacement),
+            tip=self.angle.tip(displacement),
+            volume=float(volume.sum()),
+            max_stretch=stretch,
+            force=force,
+            iterations=equilibrium.iterations,
+            is_point=is_point,
+            force_vector=force_vector,
+        )
+        state = State(
+            step=row.step,
+            displacement=displacement.copy(),
+            pressure_field=self.x[system.n_u :].copy(),
+            cavity_pressure=named,
+            cavity_volume=dict(zip(system.cavities, volume.tolist(), strict=True)),
+        )
+        self.watch_walls(displacement, named)
+        self.rows.append(row)
+        self.state = state
+        for observer in self.observers:
+            observer.converged(state, row, self.fraction)
+
+    def watch_walls(self, displacement: np.ndarray, pressure: dict[str, float]) -> None:
+        if self.walls is None:
+            return
+        started = time.perf_counter()
+        position = self.space.points + displacement
+        place = self.walls.cross(position)
+        if place is not None:
+            before = self.state.displacement if self.state else np.zeros_like(displacement)
+            last = self.rows[-1].pressure if self.rows else {name: 0.0 for name in pressure}
+            part = self.walls.first_crossing(self.space.points + before, position)
+            self.touch = {name: last[name] + part * (pressure[name] - last[name]) for name in pressure}
+            at = ", ".join(f"{name} {1e-3 * p:.3g} kPa" for name, p in self.touch.items())
+            where = ", ".join(f"{1e3 * c:.0f}" for c in place)
+            self.warnings.append(
+                f"Walls touch at {at}, near ({where}) mm. Contact is not modelled, so beyond that pressure they pass "
+                "through one another and the curve is not to be trusted."
+            )
+            self.walls = None
+        self.seconds["contact"] += time.perf_counter() - started

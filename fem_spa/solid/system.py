@@ -1,0 +1,319 @@
+"""The discrete equilibrium of one problem: residual, constraints and tangent of all unknowns.
+
+Unknowns x are displacements (3 n_nodes, m) and Lagrange pressures (n_vertices, Pa), and one pressure a
+cavity (Pa). Equilibrium is stationarity of
+
+    sum_el  integral W(I1bar, I2bar) + p (J - 1) - p^2 / 2K  +  membranes  -  sum_c P_c V_c(x)  -  f_dead . u
+
+so that the tangent is symmetric. What leaves this module is dimensionless: lengths in units of the element
+size L, stresses in units of the stiffest small-strain shear modulus mu, energy in mu L^3.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_spa.errors import InputError
+from fem_spa.solid import kernel, pattern
+from fem_spa.solid.cavity import Cavity, triangle_rule
+from fem_spa.solid.membrane import make_membrane
+from fem_spa.solid.invariants import stretches
+from fem_spa.solid.problem import Problem
+from fem_spa.solid.space import Space
+
+AXES = {"x": 0, "y": 1, "z": 2}
+_BATCH = 8192  # elements whose blocks are held at once
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Residual and what else one pass over the elements gives.
+
+    residual : (n_free,) dimensionless;  error : dimensionless size of it, what tolerances are compared with
+    volume : (n_cavities,) m^3 of the meshed part;  gradient : (n_cavities, n_free) dimensionless dV/dx
+    min_jacobian : smallest J at a quadrature point;  worst : its element
+    """
+
+    residual: np.ndarray
+    error: float
+    volume: np.ndarray
+    gradient: np.ndarray
+    min_jacobian: float
+    worst: int
+
+
+class System:
+    """Everything of a problem that does not change along its load path.
+
+    Parameters
+    ----------
+    problem, space : the problem and the space of its mesh
+    hold_tip : the nodes of `tip` are held (prescribed or blocked tip)
+    """
+
+    def __init__(self, problem: Problem, space: Space, hold_tip: bool = False) -> None:
+        started = time.perf_counter()
+        self.problem = problem
+        self.space = space
+        self.seconds = {"assembly": 0.0}
+        n = space.n_nodes
+        self.n_u = 3 * n
+        self.region_materials = [problem.materials[name] for name in space.region_names]
+        moduli = [m.law.shear_modulus(**m.parameters) for m in self.region_materials]
+        self.stress_unit = float(max(moduli))
+        self.length_unit = float((space.weight.sum() / len(space.tets)) ** (1 / 3))
+        self.energy_unit = self.stress_unit * self.length_unit**3
+        self.multiplicity = 2 ** len(problem.symmetry)
+
+        self.holds_tip = hold_tip
+        self.held = self._held(hold_tip)
+        dofs = np.empty((len(space.tets), kernel.N_LOCAL), dtype=np.int64)
+        for i in range(3):
+            dofs[:, 10 * i : 10 * i + 10] = 3 * space.tets + i
+        dofs[:, kernel.N_U :] = self.n_u + space.tets[:, :4]
+        self.element_dofs = dofs
+        self.pattern = pattern.build_pattern(dofs, self.held)
+        self._where = pattern.scatter_map(self.pattern, dofs)
+        scale = np.full(space.n_dofs, self.length_unit)
+        scale[self.n_u :] = self.stress_unit
+        self.scale = scale[self.pattern.free]
+        self._free_u = self.pattern.free[self.pattern.free < self.n_u]
+        self._entry_scale = self._entries(self.scale) / self.energy_unit
+
+        self.cavities = problem.mesh.cavities
+        origin = np.zeros(3)
+        for surface, axis in problem.symmetry.items():
+            origin[AXES[axis]] = space.points[space.surfaces[surface][:, :3].ravel(), AXES[axis]].mean()
+        self._cavities = [Cavity(space.surfaces[f"cavity {name}"], origin) for name in self.cavities]
+        self._membranes = [
+            make_membrane(space.surfaces[f"layer {name}"], space.points, layer.modulus, layer.thickness, layer.poisson)
+            for name, layer in problem.layers.items()
+        ]
+        self._face_dofs = [_face_dofs(c.faces) for c in self._cavities]
+        self._layer_dofs = [_face_dofs(m.faces) for m in self._membranes]
+        self._face_where = [pattern.scatter_map(self.pattern, d) for d in self._face_dofs]
+        self._layer_where = [pattern.scatter_map(self.pattern, d) for d in self._layer_dofs]
+
+        shape = space.weight.shape
+        self._inverse_bulk = np.zeros(len(space.tets))
+        for name, material in zip(space.region_names, self.region_materials, strict=True):
+            self._inverse_bulk[space.region_slices[name]] = 1.0 / material.bulk
+        self._J, self._I1, self._I2 = np.empty(shape), np.empty(shape), np.empty(shape)
+        self._W = np.zeros((5, *shape))
+        self._forces = np.empty((len(space.tets), kernel.N_LOCAL))
+        self._blocks = np.empty((min(_BATCH, len(space.tets)), kernel.N_UPPER))
+        self.dead = self._dead_forces()
+        vertex_volume = np.zeros(space.n_vertices)
+        np.add.at(vertex_volume, space.tets[:, :4], space.weight @ space.pressure_shape)
+        self._volume_norm = float(np.linalg.norm(vertex_volume))
+        self.seconds["assembly"] += time.perf_counter() - started
+
+    # -- vectors ---------------------------------------------------------------------------------
+
+    def rest(self) -> np.ndarray:
+        """x at rest, (n_dofs,)."""
+        return np.zeros(self.space.n_dofs)
+
+    def displacement(self, x: np.ndarray) -> np.ndarray:
+        """(n_nodes, 3) m."""
+        return x[: self.n_u].reshape(-1, 3)
+
+    def prescribe(self, x: np.ndarray, factor: float) -> None:
+        """Set the tip's prescribed displacement, times `factor`, in x."""
+        tip = self.problem.loads.tip_displacement
+        if tip is not None:
+            nodes = np.unique(self.space.surfaces["tip"])
+            for i in range(3):
+                x[3 * nodes + i] = factor * tip[i]
+
+    # -- equilibrium -----------------------------------------------------------------------------
+
+    def evaluate(self, x: np.ndarray, cavity_pressure: np.ndarray, dead_factor: float) -> Evaluation:
+        """Residual at x under the cavities' pressures (Pa) and `dead_factor` times the dead loads."""
+        started = time.perf_counter()
+        s = self.space
+        u, p = x[: self.n_u], x[self.n_u :]
+        kernel.invariants(s.tets, s.inverse_jacobian, s.shape_gradient, u, self._J, self._I1, self._I2)
+        worst = int(np.argmin(self._J)) // self._J.shape[1]
+        j_min = float(self._J[worst].min())
+        self._law()
+        kernel.residual(
+            s.tets,
+            s.inverse_jacobian,
+            s.weight,
+            s.shape_gradient,
+            s.pressure_shape,
+            u,
+            p,
+            self._inverse_bulk,
+            self._W[0],
+            self._W[1],
+            self._forces,
+        )
+        force = np.zeros(s.n_dofs)
+        pattern.add_vectors(self.element_dofs, self._forces, force)
+        displacement = self.displacement(x)
+        for membrane, dofs in zip(self._membranes, self._layer_dofs, strict=True):
+            pattern.add_vectors(dofs, membrane.residual(displacement), force)
+        internal = float(norm(force[: self.n_u]))
+        force -= dead_factor * self.dead
+        position = s.points + displacement
+        volume = np.array([c.volume(position) for c in self._cavities])
+        gradient = np.zeros((len(self._cavities), s.n_dofs))
+        for k, (cavity, dofs) in enumerate(zip(self._cavities, self._face_dofs, strict=True)):
+            pattern.add_vectors(dofs, cavity.gradient(position), gradient[k])
+            force -= cavity_pressure[k] * gradient[k]
+        self.reaction = force  # of held unknowns: what the support exerts
+        free = self.pattern.free
+        out = force[free] * self.scale / self.energy_unit
+        error_u = norm(force[self._free_u]) / max(
+            internal, 1e-6 * self.stress_unit * self.length_unit**2
+        )
+        error_p = norm(force[self.n_u :]) / self._volume_norm
+        error = float(max(error_u, error_p))
+        if j_min <= 0 or not np.isfinite(error):
+            error = float("inf")
+        self.seconds["assembly"] += time.perf_counter() - started
+        unit = self.scale / self.length_unit**3
+        return Evaluation(out, error, volume, gradient[:, free] * unit, j_min, worst)
+
+    def tangent(self, x: np.ndarray, cavity_pressure: np.ndarray) -> np.ndarray:
+        """(nnz,) dimensionless upper triangle of the tangent at x."""
+        started = time.perf_counter()
+        s = self.space
+        u, p = x[: self.n_u], x[self.n_u :]
+        kernel.invariants(s.tets, s.inverse_jacobian, s.shape_gradient, u, self._J, self._I1, self._I2)
+        self._law()
+        data = np.zeros(self.pattern.nnz + 1)
+        for first in range(0, len(s.tets), _BATCH):
+            last = min(first + _BATCH, len(s.tets))
+            kernel.tangent(
+                s.tets,
+                first,
+                last,
+                s.inverse_jacobian,
+                s.weight,
+                s.shape_gradient,
+                s.pressure_shape,
+                u,
+                p,
+                self._inverse_bulk,
+                *self._W,
+                self._blocks,
+            )
+            pattern.add_blocks(self._where[first:last], self._blocks, last - first, data)
+        displacement = self.displacement(x)
+        for membrane, where in zip(self._membranes, self._layer_where, strict=True):
+            pattern.add_blocks(where, membrane.tangent(displacement), len(where), data)
+        position = s.points + displacement
+        for pressure, cavity, where in zip(cavity_pressure, self._cavities, self._face_where, strict=True):
+            if pressure != 0.0:
+                pattern.add_blocks(where, -pressure * cavity.hessian(position), len(where), data)
+        out = data[:-1] * self._entry_scale
+        self.seconds["assembly"] += time.perf_counter() - started
+        return out
+
+    def max_stretch(self) -> tuple[float, int]:
+        """Largest principal stretch at a quadrature point of the state last evaluated, and its element."""
+        stretch = stretches(self._J, self._I1, self._I2)
+        worst = int(np.argmax(stretch)) // stretch.shape[1]
+        return float(stretch[worst].max()), worst
+
+    def place(self, element: int) -> str:
+        """Where an element is at rest, for messages."""
+        centre = self.space.points[self.space.tets[element, :4]].mean(axis=0)
+        where = ", ".join(f"{1e3 * c:.1f}" for c in centre)
+        region = self.space.region_names[self.space.region[element]]
+        return f"element {self.space.element_of[element]} of '{region}' at ({where}) mm"
+
+    def tip_reaction(self) -> np.ndarray:
+        """(3,) N of the whole actuator: what the held tip exerts on its holder, after `evaluate`."""
+        nodes = np.unique(self.space.surfaces["tip"])
+        total = -self.reaction[: self.n_u].reshape(-1, 3)[nodes].sum(axis=0) * self.multiplicity
+        for axis in self.problem.symmetry.values():
+            total[AXES[axis]] = 0.0
+        return total
+
+    # -- parts -----------------------------------------------------------------------------------
+
+    def _law(self) -> None:
+        for name, material in zip(self.space.region_names, self.region_materials, strict=True):
+            part = self.space.region_slices[name]
+            derivatives = material.law.derivatives(self._I1[part], self._I2[part], **material.parameters)
+            for k in range(5):
+                self._W[k, part] = derivatives[k]
+
+    def _entries(self, scale: np.ndarray) -> np.ndarray:
+        rows = np.repeat(np.arange(self.pattern.n_free), np.diff(self.pattern.indptr))
+        return scale[rows] * scale[self.pattern.indices]
+
+    def _held(self, hold_tip: bool) -> np.ndarray:
+        s = self.space
+        held = np.zeros(s.n_dofs, dtype=bool)
+        for name in self.problem.fixed:
+            nodes = np.unique(_surface(s, name))
+            for i in range(3):
+                held[3 * nodes + i] = True
+        for name, axis in self.problem.symmetry.items():
+            nodes = np.unique(_surface(s, name))
+            held[3 * nodes + AXES[axis]] = True
+        if hold_tip:
+            nodes = np.unique(_surface(s, "tip"))
+            for i in range(3):
+                held[3 * nodes + i] = True
+        return held
+
+    def _dead_forces(self) -> np.ndarray:
+        s = self.space
+        out = np.zeros(s.n_dofs)
+        loads = self.problem.loads
+        force = out[: self.n_u].reshape(-1, 3)
+        if any(loads.gravity):
+            for name, material in zip(s.region_names, self.region_materials, strict=True):
+                if material.density is None:
+                    raise InputError(f"gravity acts, but materials.{name} has no density; give density = \"1080 kg/m^3\"")
+                part = s.region_slices[name]
+                nodal = material.density * (s.weight[part] @ s.shape)
+                for i in range(3):
+                    np.add.at(force[:, i], s.tets[part], nodal * loads.gravity[i])
+        if any(loads.tip_force):
+            faces = _surface(s, "tip")
+            weight, value, d1, d2 = triangle_rule(4)
+            X = s.points[faces]
+            normal = np.cross(np.einsum("fai,qa->fqi", X, d1), np.einsum("fai,qa->fqi", X, d2))
+            nodal = np.einsum("fq,qa->fa", np.linalg.norm(normal, axis=-1) * weight, value)
+            nodal /= nodal.sum()
+            for i in range(3):
+                np.add.at(force[:, i], faces, nodal * loads.tip_force[i] / self.multiplicity)
+        return out
+
+
+def inner(a: np.ndarray, b: np.ndarray) -> float:
+    """a . b without BLAS, whose threads would fight with the kernels' for the cores."""
+    return float(np.einsum("i,i->", a, b))
+
+
+def norm(a: np.ndarray) -> float:
+    """Euclidean norm, likewise."""
+    return inner(a, a) ** 0.5
+
+
+def cavity_values(system: System, values: Mapping[str, float]) -> np.ndarray:
+    """A table cavity -> value as an array in the system's order of cavities."""
+    return np.array([values[name] for name in system.cavities], dtype=float)
+
+
+def _surface(space: Space, name: str) -> np.ndarray:
+    try:
+        return space.surfaces[name]
+    except KeyError:
+        found = ", ".join(f"'{s}'" for s in sorted(space.surfaces))
+        raise InputError(f"no surface '{name}' in the mesh; it has {found}") from None
+
+
+def _face_dofs(faces: np.ndarray) -> np.ndarray:
+    return (3 * faces[:, :, None] + np.arange(3)).reshape(len(faces), -1)

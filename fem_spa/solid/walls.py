@@ -1,0 +1,121 @@
+"""Do walls pass through one another? A check of the deformed boundary, without any contact force."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numba import njit
+
+from fem_spa.solid.space import Space
+from fem_spa.solid.system import AXES
+
+_SPLIT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+
+
+class Walls:
+    """The boundary as straight triangles on the nodes (four a face), and the planes of symmetry."""
+
+    def __init__(self, space: Space, symmetry: Mapping[str, str]) -> None:
+        plane_faces = [space.surfaces[name] for name in symmetry]
+        on_plane = {tuple(sorted(f[:3])) for faces in plane_faces for f in faces.tolist()}
+        keep = np.array([tuple(sorted(f[:3])) not in on_plane for f in space.boundary.tolist()])
+        self.triangles = space.boundary[keep][:, _SPLIT].reshape(-1, 3)
+        nodes = np.unique(self.triangles)
+        self.planes = []
+        for name, axis in symmetry.items():
+            held = np.unique(space.surfaces[name])
+            i = AXES[axis]
+            level = float(space.points[held, i].mean())
+            free = np.setdiff1d(nodes, held)
+            side = np.sign(space.points[free, i] - level)
+            self.planes.append((i, level, free, side))
+
+    def cross(self, position: np.ndarray) -> np.ndarray | None:
+        """(3,) m, a place where two parts of the boundary pass through one another, or None.
+
+        position : (n_nodes, 3) m
+        """
+        for i, level, free, side in self.planes:
+            depth = (position[free, i] - level) * side
+            worst = int(np.argmin(depth))
+            if depth[worst] < 0:
+                return position[free[worst]]
+        corners = position[self.triangles]
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        axis = int(np.argmax(high.max(axis=0) - low.min(axis=0)))
+        order = np.argsort(low[:, axis], kind="stable")
+        pair = _first_crossing(self.triangles[order], position, low[order], high[order], axis)
+        return None if pair < 0 else corners[order][pair].mean(axis=0)
+
+    def first_crossing(self, before: np.ndarray, after: np.ndarray) -> float:
+        """Fraction between two shapes (n_nodes, 3), the first clean and the second not, at which walls first touch."""
+        lo, hi = 0.0, 1.0
+        for _ in range(7):
+            middle = 0.5 * (lo + hi)
+            if self.cross(before + middle * (after - before)) is None:
+                lo = middle
+            else:
+                hi = middle
+        return 0.5 * (lo + hi)
+
+
+@njit(cache=True)
+def _first_crossing(triangles, position, low, high, axis):
+    """Number of a triangle that an edge of another one pierces, -1 if none. Sorted by low[:, axis]."""
+    n = len(triangles)
+    other1 = (axis + 1) % 3
+    other2 = (axis + 2) % 3
+    for a in range(n):
+        for b in range(a + 1, n):
+            if low[b, axis] > high[a, axis]:
+                break
+            if low[b, other1] > high[a, other1] or low[a, other1] > high[b, other1]:
+                continue
+            if low[b, other2] > high[a, other2] or low[a, other2] > high[b, other2]:
+                continue
+            shared = False
+            for i in range(3):
+                for j in range(3):
+                    if triangles[a, i] == triangles[b, j]:
+                        shared = True
+            if shared:
+                continue
+            if _pierces(triangles[a], triangles[b], position) or _pierces(triangles[b], triangles[a], position):
+                return a
+    return -1
+
+
+@njit(cache=True)
+def _pierces(edges_of, face, position):
+    """Does an edge of the one triangle pass through the inside of the other?"""
+    for k in range(3):
+        p = position[edges_of[k]]
+        q = position[edges_of[(k + 1) % 3]]
+        a = position[face[0]]
+        b = position[face[1]]
+        c = position[face[2]]
+        sp = _volume6(a, b, c, p)
+        sq = _volume6(a, b, c, q)
+        if sp * sq >= 0.0:
+            continue
+        s1 = _volume6(p, q, a, b)
+        s2 = _volume6(p, q, b, c)
+        s3 = _volume6(p, q, c, a)
+        if (s1 > 0.0 and s2 > 0.0 and s3 > 0.0) or (s1 < 0.0 and s2 < 0.0 and s3 < 0.0):
+            return True
+    return False
+
+
+@njit(cache=True)
+def _volume6(a, b, c, d):
+    x0 = b[0] - a[0]
+    x1 = b[1] - a[1]
+    x2 = b[2] - a[2]
+    y0 = c[0] - a[0]
+    y1 = c[1] - a[1]
+    y2 = c[2] - a[2]
+    z0 = d[0] - a[0]
+    z1 = d[1] - a[1]
+    z2 = d[2] - a[2]
+    return x0 * (y1 * z2 - y2 * z1) - x1 * (y0 * z2 - y2 * z0) + x2 * (y0 * z1 - y1 * z0)
