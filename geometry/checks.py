@@ -155,7 +155,7 @@ def check_surfaces(mesh: TaggedMesh) -> None:
         inside = np.flatnonzero(keys[spot] != mine)
         if len(inside):
             raise refusal(
-                f"surface `{name}`: {len(inside)} of {len(faces)} triangles lie inside the body, the first at "
+                f"surface `{name}`: {len(inside)} of {len(faces)} triangles lie inside the body, first "
                 f"{place(mesh.points[faces[inside[0], :3]].mean(axis=0))}",
                 "boundary faces (inner surfaces are called `layer NAME`)",
                 "two volumes that touch, with the face between them in the group",

@@ -17,10 +17,12 @@ _C = 0.1381966011250105
 _D = 1 - 3 * _C
 # Gauss points of degree 2 and 3, the corners, the middles of the edges
 SAMPLES = np.array(
-    [[_C, _C, _C], [_D, _C, _C], [_C, _D, _C], [_C, _C, _D], [1 / 4] * 3]
-    + [[1 / 6] * 3, [1 / 2, 1 / 6, 1 / 6], [1 / 6, 1 / 2, 1 / 6], [1 / 6, 1 / 6, 1 / 2]]
-    + [[0.0] * 3, [1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]
-    + [[0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0], [0, 0, 0.5], [0.5, 0, 0.5], [0, 0.5, 0.5]]
+    [
+        *([_C, _C, _C], [_D, _C, _C], [_C, _D, _C], [_C, _C, _D], [1 / 4] * 3),
+        *([1 / 6] * 3, [1 / 2, 1 / 6, 1 / 6], [1 / 6, 1 / 2, 1 / 6], [1 / 6, 1 / 6, 1 / 2]),
+        *([0.0] * 3, [1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]),
+        *([0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0], [0, 0, 0.5], [0.5, 0, 0.5], [0, 0.5, 0.5]),
+    ]
 )
 
 
@@ -51,8 +53,8 @@ class Quality:
 
     def __str__(self) -> str:
         return (
-            f"{self.elements} tets, {self.nodes} nodes, scaled Jacobian mean {self.mean:.2f}, worst {self.worst:.3g} "
-            f"(element {self.worst_element} at {place(self.worst_at)})"
+            f"{self.elements} tets, {self.nodes} nodes, scaled Jacobian mean {self.mean:.2f}, "
+            f"worst {self.worst:.3g} (element {self.worst_element} at {place(self.worst_at)})"
         )
 
 

@@ -27,7 +27,9 @@ def unit_factor(unit: str | None, path: Path) -> float:
         where the unit is missing or unknown
     """
     if unit is None:
-        raise refusal(f"{path.name}: no unit", ", ".join(UNITS), "a .msh file does not say its unit", "unit = 'mm'")
+        raise refusal(
+            f"{path.name}: no unit", ", ".join(UNITS), "a .msh file does not say its unit", "unit = 'mm'"
+        )
     if unit not in UNITS:
         raise refusal(f"{path.name}: unit {unit!r}", ", ".join(UNITS))
     return UNITS[unit]
@@ -74,7 +76,9 @@ def read_mesh(
         from geometry.msh import read_msh
 
         if size is not None:
-            raise refusal(f"{path.name}: element size given", "none: a .msh file is meshed already", "", "a STEP file")
+            raise refusal(
+                f"{path.name}: element size given", "none: a .msh file is meshed already", "", "a STEP file"
+            )
         mesh = read_msh(path, unit_factor(unit, path))
         cad = None
     else:

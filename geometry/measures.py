@@ -21,7 +21,7 @@ _TRI_WEIGHTS = np.array([0.223381589678011] * 3 + [0.109951743655322] * 3) / 2
 
 
 def tet_gradients(at: np.ndarray, nodes: int) -> np.ndarray:
-    """Derivatives of the shape functions of a 4- or 10-node tet, (n_at, nodes, 3), at local points (n_at, 3)."""
+    """Derivatives of a 4- or 10-node tet's shape functions, (n_at, nodes, 3), at local points (n_at, 3)."""
     corner = np.array([[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     if nodes == 4:
         return np.broadcast_to(corner, (len(at), 4, 3)).copy()

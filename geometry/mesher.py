@@ -113,6 +113,8 @@ def mesh_named(
     option("Mesh.MeshSizeMin", 0.0)
     option("Mesh.MeshSizeFromPoints", 0)
     option("Mesh.MeshSizeExtendFromBoundary", 1)
+    # two curved elements a quarter turn at least: below that a round wall loses more than 1 % of its area
+    option("Mesh.MeshSizeFromCurvature", 8)
     option("Mesh.Optimize", 1)
     option("Mesh.ElementOrder", 1)
     option("Mesh.SecondOrderLinear", 0)

@@ -98,7 +98,9 @@ def _read(path: Path) -> Any:
             "likely cause: another format or a damaged file; try: save it again from gmsh"
         ) from error
     if reached >= len(mesh.points):
-        raise refusal(f"{path.name}: an element names a node that is not there", "a whole file", "a damaged file")
+        raise refusal(
+            f"{path.name}: an element names a node that is not there", "a whole file", "a damaged file"
+        )
     return mesh
 
 

@@ -15,7 +15,7 @@ What Table 1 prints, and how it is read here where the figure is not at hand:
 - l3 is the outer length of a fast chamber, as in eq. (14), where its inside is l3 - 2 t4.
 - t1, t2: the two bottom layers; t3: the bridge between fast chambers, above them, as in eq. (14), where
   the gap's section is (2 t1 + t3) w4; t4: lateral walls of the fast chambers.
-- t5: inner walls of the slow module; t6: top wall of the fast module; t7: top wall of the slow module (eq. 12).
+- t5: inner walls of the slow module; t6: top wall of the fast module; t7: of the slow module (eq. 12).
 
 Not printed, chosen, open to change: channel, end walls of the slow module, length and height of the joint.
 """

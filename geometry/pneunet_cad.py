@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -116,7 +117,7 @@ def _fast_blocks(gmsh: Any, s: PneuNet) -> list[int]:
         )
         for x in starts
     ]
-    for left, right in zip(starts[:-1], starts[1:], strict=True):
+    for left, right in itertools.pairwise(starts):
         gap = (left + s.fast_chamber_length, right)
         blocks.append(_bar(gmsh, gap, s.fast_outer_width, (0, s.floor + s.bridge), s.half))
     return blocks

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from geometry.ball import Ball
 from geometry.pneunet import PneuNet
 from geometry.shape import Shape
+from geometry.tube import Tube
 
-SHAPES: dict[str, type[Shape]] = {shape.name: shape for shape in (PneuNet,)}
+SHAPES: dict[str, type[Shape]] = {shape.name: shape for shape in (PneuNet, Ball, Tube)}

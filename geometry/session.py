@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,6 +29,24 @@ _OPTIONS: dict[str, float] = {
     "Mesh.MaxNumThreads2D": 1,
     "Mesh.MaxNumThreads3D": 1,
 }
+
+
+@contextmanager
+def silence() -> Iterator[None]:
+    """Keep what C++ code writes to file descriptor 1 from the terminal.
+
+    OpenCASCADE's STEP reader prints there, past gmsh's option General.Terminal.
+    """
+    sys.stdout.flush()
+    kept = os.dup(1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 1)
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(nowhere)
+        os.close(kept)
 
 
 @contextmanager

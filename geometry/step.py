@@ -8,7 +8,7 @@ from typing import Any
 from geometry.cad import Named
 from geometry.errors import GeometryError, refusal
 from geometry.mesher import CadMeasure, check_request, mesh_named
-from geometry.session import MM, session
+from geometry.session import MM, session, silence
 from geometry.step_text import Point, StepFace, StepText, read_step_text
 from geometry.tagged import TaggedMesh
 
@@ -32,7 +32,8 @@ def mesh_step(
     text = read_step_text(path)
     with session() as gmsh:
         try:
-            gmsh.model.occ.importShapes(str(path))
+            with silence():
+                gmsh.model.occ.importShapes(str(path))
             gmsh.model.occ.synchronize()
         except Exception as error:  # gmsh raises plain Exception
             raise GeometryError(

@@ -57,7 +57,9 @@ def read_step_text(path: Path) -> StepText:
             f"{path.name}: not a STEP file; allowed: ISO 10303-21 text; "
             "likely cause: another format or a damaged file; try: export it again as STEP AP214 or AP242"
         )
-    entities = {int(m[1]): (m[2], m[3]) for m in _ENTITY.finditer(re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL))}
+    entities = {
+        int(m[1]): (m[2], m[3]) for m in _ENTITY.finditer(re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL))
+    }
     faces, solids = [], []
     for kind, arguments in entities.values():
         if kind == "ADVANCED_FACE":

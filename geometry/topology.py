@@ -69,9 +69,9 @@ def oriented(mesh: TaggedMesh) -> TaggedMesh:
         if not found.all():
             lost = faces[np.flatnonzero(~found)[0]]
             raise GeometryError(
-                f"surface `{name}`: {np.count_nonzero(~found)} of {len(faces)} triangles are no face of any tet, "
-                f"the first at {place(mesh.points[lost[:3]].mean(axis=0))}; likely cause: surface and volume were "
-                "meshed apart; try: mesh them together in one gmsh model"
+                f"surface `{name}`: {np.count_nonzero(~found)} of {len(faces)} triangles are no face of any "
+                f"tet, first at {place(mesh.points[lost[:3]].mean(axis=0))}; likely cause: surface "
+                "and volume were meshed apart; try: mesh them together in one gmsh model"
             )
         rebuilt = every[order[first]]
         inner = (first + 1 < len(own_sorted)) & (
@@ -91,7 +91,7 @@ def _one_side(
     inner: np.ndarray,
     rebuilt: np.ndarray,
 ) -> np.ndarray:
-    """Inner faces seen from one side: normals along the positive direction of their largest mean component."""
+    """Inner faces from one side: normals towards the positive end of their largest mean component."""
     corners = points[rebuilt[:, :3]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     axis = int(np.argmax(np.abs(normal[inner]).sum(axis=0)))
