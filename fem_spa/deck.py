@@ -1,4 +1,4 @@
-"""The deck: what docs call a run's input. TOML tables -> checked values with units, or one line saying why not.
+"""The deck, a run's input: TOML tables -> checked values with units, or one line saying why not.
 
 The tables and keys are those that other programs rely on; nothing here knows meshes or solvers.
 """
@@ -6,7 +6,6 @@ The tables and keys are those that other programs rely on; nothing here knows me
 from __future__ import annotations
 
 import difflib
-import json
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +13,15 @@ from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, PlainValidator, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    ValidationError,
+)
 
 from fem_spa.errors import InputError
 from fem_spa.units import ATMOSPHERE, brief, quantity
@@ -63,6 +70,7 @@ Flag = Annotated[bool, Field(strict=True)]
 Count = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 Number = Annotated[float, Field(allow_inf_nan=False, ge=-1000.0, le=1000.0)]
 Length = measure("m", high=2.0, low=-2.0, zero=True)
+Force = measure("N", high=1e4, low=-1e4, zero=True)
 
 
 class Geometry(BaseModel):
@@ -151,9 +159,7 @@ class LoadsTable(BaseModel):
     path: list[Any] | None = None
     points: Annotated[int, Field(strict=True, ge=1, le=10_000)] | None = None
     gravity: Annotated[list[Number], Three] | None = None
-    tip_force: (
-        Annotated[list[measure("N", low=-1e4, high=1e4, zero=True)], Three] | None  # type: ignore[misc]
-    ) = None
+    tip_force: Annotated[list[Force], Three] | None = None  # type: ignore[valid-type]
     tip_displacement: Annotated[list[Length], Three] | None = None  # type: ignore[valid-type]
     control: Literal["pressure", "volume", "gas-mass"] = "pressure"
     contact: Flag = True
@@ -257,7 +263,9 @@ def set_value(tables: dict[str, Any], override: str) -> None:
     """Apply one ``key=value`` to the tables of a deck, in place."""
     key, equals, value = override.partition("=")
     if not equals or not key.strip() or "\n" in override:
-        raise InputError(f"given --set {brief(override)}: write key=value, for example loads.pressure='20 kPa'")
+        raise InputError(
+            f"given --set {brief(override)}: write key=value, for example loads.pressure='20 kPa'"
+        )
     try:
         path = _first_path(tomllib.loads(f"{key} = 0"))
     except tomllib.TOMLDecodeError:
@@ -270,7 +278,9 @@ def set_value(tables: dict[str, Any], override: str) -> None:
     for depth, word in enumerate(path[:-1]):
         table = table.setdefault(word, {})
         if not isinstance(table, dict):
-            raise InputError(f"given --set {brief(override)}: {'.'.join(path[: depth + 1])} is not a table in this deck")
+            raise InputError(
+                f"given --set {brief(override)}: {'.'.join(path[: depth + 1])} is not a table in this deck"
+            )
     table[path[-1]] = parsed
 
 
@@ -320,8 +330,8 @@ def _reason(error: ValidationError) -> str:
 
 
 _EXAMPLES = {
-    "geometry": ", for example [geometry] with shape = \"pneunet\"",
-    "loads": ", for example [loads] with pressure = \"20 kPa\"",
+    "geometry": ', for example [geometry] with shape = "pneunet"',
+    "loads": ', for example [loads] with pressure = "20 kPa"',
 }
 
 
@@ -342,25 +352,39 @@ def _check(deck: Deck) -> None:
     geometry, loads = deck.geometry, deck.loads
     if (geometry.shape is None) == (geometry.file is None):
         both = "both are given" if geometry.shape is not None else "neither is given"
-        raise InputError(f"geometry needs either shape (a built-in one) or file (your own mesh or STEP): {both}")
+        raise InputError(
+            f"geometry needs either shape (a built-in one) or file (your own mesh or STEP): {both}"
+        )
     for name, material in deck.materials.items():
         if (material.card is None) == (material.law is None):
-            raise InputError(f"materials.{name} needs either card or law, for example card = \"dragon-skin-30\"")
+            raise InputError(
+                f'materials.{name} needs either card or law, for example card = "dragon-skin-30"'
+            )
         if material.card is not None:
             refuse_unknown(material.parameters, ("card", "bulk", "density"), f"materials.{name}")
     for number, obstacle in enumerate(loads.obstacles or []):
         if len(obstacle.model_dump(exclude_none=True)) != 1:
             raise InputError(f"loads.obstacles.{number} must be one of: plane, sphere, cylinder")
     if loads.obstacles:
-        raise InputError("loads.obstacles: obstacles come with contact mechanics, which this version does not have")
+        raise InputError(
+            "loads.obstacles: obstacles come with contact mechanics, which this version does not have"
+        )
     _check_control(loads)
     if deck.observe.blocked and loads.tip_displacement is not None:
-        raise InputError("observe.blocked and loads.tip_displacement both hold the tip: leave one of them out")
+        raise InputError(
+            "observe.blocked and loads.tip_displacement both hold the tip: leave one of them out"
+        )
     if deck.observe.blocked and loads.tip_force is not None:
-        raise InputError("observe.blocked holds the tip, so loads.tip_force has no effect: leave one of them out")
+        raise InputError(
+            "observe.blocked holds the tip, so loads.tip_force has no effect: leave one of them out"
+        )
 
 
-_END_OF_PATH = {"pressure": ("pressure",), "volume": ("volume", "volume_ratio"), "gas-mass": ("gas_mass_ratio",)}
+_END_OF_PATH = {
+    "pressure": ("pressure",),
+    "volume": ("volume", "volume_ratio"),
+    "gas-mass": ("gas_mass_ratio",),
+}
 
 
 def _check_control(loads: LoadsTable) -> None:
@@ -371,13 +395,15 @@ def _check_control(loads: LoadsTable) -> None:
         if key not in wanted:
             control = next(word for word, keys in _END_OF_PATH.items() if key in keys)
             raise InputError(
-                f"given loads.{key} with control = \"{loads.control}\": set control = \"{control}\", "
+                f'given loads.{key} with control = "{loads.control}": set control = "{control}", '
                 f"or give {' or '.join('loads.' + word for word in wanted)}"
             )
     if len(given) != 1:
         raise InputError(f"loads needs {' or '.join(wanted)} ({'both are' if given else 'none is'} given)")
     if loads.path and loads.points:
-        raise InputError("given loads.path and loads.points: give one of them (points = N makes N equal load points)")
+        raise InputError(
+            "given loads.path and loads.points: give one of them (points = N makes N equal load points)"
+        )
 
 
 def end_of_path(loads: LoadsTable) -> tuple[str, dict[str, Measure]]:

@@ -100,15 +100,21 @@ def built_in(deck: Deck) -> Any:
     geometry = deck.geometry
     name = geometry.shape or ""
     if name not in SHAPES:
-        raise InputError(f"given {brief(name)} for geometry.shape: there is no such shape{nearest(name, SHAPES)}")
+        raise InputError(
+            f"given {brief(name)} for geometry.shape: there is no such shape{nearest(name, SHAPES)}"
+        )
     if geometry.unit is not None:
-        raise InputError("given geometry.unit with geometry.shape: it is the unit of a file's numbers; leave it out")
+        raise InputError(
+            "given geometry.unit with geometry.shape: it is the unit of a file's numbers; leave it out"
+        )
     known = {item.name: item for item in parameters(SHAPES[name])}
     refuse_unknown(geometry.parameters, [*known, "shape", "size"], "geometry")
     given: dict[str, Any] = {}
     for key, value in geometry.parameters.items():
         item = known[key]
-        given[key] = value if item.kind in ("flag", "pattern") else quantity(value, item.unit, f"geometry.{key}")
+        given[key] = (
+            value if item.kind in ("flag", "pattern") else quantity(value, item.unit, f"geometry.{key}")
+        )
         if item.kind == "count" and float(given[key]).is_integer():
             given[key] = int(given[key])
     shape = SHAPES[name](**given)
@@ -127,7 +133,9 @@ def make_mesh(deck: Deck, shape: Any = None) -> TaggedMesh:
         from geometry.files import UNITS, read_mesh
 
         if geometry.unit is not None and geometry.unit not in UNITS:
-            raise InputError(f"given {brief(geometry.unit)} for geometry.unit: allowed are {', '.join(UNITS)}")
+            raise InputError(
+                f"given {brief(geometry.unit)} for geometry.unit: allowed are {', '.join(UNITS)}"
+            )
         mesh = read_mesh(deck.folder / str(geometry.file), unit=geometry.unit, size=size, required=())
     extent = float(np.ptp(mesh.points, axis=0).max())
     if not SMALLEST <= extent <= LARGEST:
@@ -143,7 +151,9 @@ def _materials(deck: Deck) -> tuple[dict[str, Material], dict[str, str]]:
     built, sources = {}, {}
     for name, table in deck.materials.items():
         where = f"materials.{name}"
-        built[name], sources[name] = _from_card(deck, table) if table.card is not None else _from_law(table, where)
+        built[name], sources[name] = (
+            _from_card(deck, table) if table.card is not None else _from_law(table, where)
+        )
     return built, sources
 
 
@@ -172,37 +182,50 @@ def _from_law(table: MaterialTable, where: str) -> tuple[Material, str]:
     except ValueError as error:
         raise InputError(f"given {brief(table.law)} for {where}.law: {error}") from None
     refuse_unknown(table.parameters, [*chosen.parameters, "law", "bulk", "density"], where)
-    given = {key: quantity(value, chosen.parameters[key], f"{where}.{key}") for key, value in table.parameters.items()}
+    given = {
+        key: quantity(value, chosen.parameters[key], f"{where}.{key}")
+        for key, value in table.parameters.items()
+    }
     full = resolve(chosen, given, where)
     bulk = float("inf") if table.bulk is None else table.bulk.si
     bulk = small_strain(chosen, full, bulk).K
     return Material(chosen, full, bulk, None if table.density is None else table.density.si), "the deck"
 
 
-def _check_names(deck: Deck, volumes: Sequence[str] | Mapping[str, Any], surfaces: Sequence[str] | Mapping[str, Any]) -> None:
+def _check_names(
+    deck: Deck, volumes: Sequence[str] | Mapping[str, Any], surfaces: Sequence[str] | Mapping[str, Any]
+) -> None:
     """Every name that the deck speaks of must be there, and every volume needs a material."""
     for name in deck.materials:
         if name not in volumes:
-            raise InputError(f"given materials.{name}: the mesh has no volume '{name}'{nearest(name, volumes)}")
+            raise InputError(
+                f"given materials.{name}: the mesh has no volume '{name}'{nearest(name, volumes)}"
+            )
     for name in volumes:
         if name not in deck.materials:
             raise InputError(
-                f'materials.{name} is missing: the volume \'{name}\' needs a material, for example '
+                f"materials.{name} is missing: the volume '{name}' needs a material, for example "
                 f'[materials.{name}] with card = "dragon-skin-30"'
             )
     layers = [name[6:] for name in surfaces if name.startswith("layer ")]
     for name in deck.layers:
         if name not in layers:
-            raise InputError(f"given layers.{name}: the mesh has no surface 'layer {name}'{nearest(name, layers)}")
+            raise InputError(
+                f"given layers.{name}: the mesh has no surface 'layer {name}'{nearest(name, layers)}"
+            )
     for name in deck.supports.fixed:
         _need_surface(name, surfaces, "supports.fixed")
     for name in deck.supports.symmetry or {}:
         _need_surface(name, surfaces, "supports.symmetry")
     if not deck.supports.fixed and set((deck.supports.symmetry or {}).values()) != {"x", "y", "z"}:
-        raise InputError("supports.fixed is empty: the body would float; name a surface, or symmetry planes of x, y and z")
+        raise InputError(
+            "supports.fixed is empty: the body would float; name a surface, or symmetry planes of x, y and z"
+        )
     cavities = [name[7:] for name in surfaces if name.startswith("cavity ")]
     if not cavities:
-        raise InputError("the mesh has no cavity: name at least one surface 'cavity NAME', closed around its air")
+        raise InputError(
+            "the mesh has no cavity: name at least one surface 'cavity NAME', closed around its air"
+        )
     for key in ("tip_force", "tip_displacement"):
         if getattr(deck.loads, key) is not None:
             _need_surface("tip", surfaces, f"loads.{key}")
@@ -235,7 +258,9 @@ def _check_gravity(deck: Deck, materials: Mapping[str, Material]) -> None:
     if any(deck.loads.gravity or ()):
         for name, material in materials.items():
             if material.density is None:
-                raise InputError(f'materials.{name}.density is missing: gravity acts, for example density = "1080 kg/m^3"')
+                raise InputError(
+                    f'materials.{name}.density is missing: gravity acts, for example density = "1080 kg/m^3"'
+                )
 
 
 def _three(values: Any) -> tuple[float, float, float] | None:
@@ -287,16 +312,22 @@ def _spread(given: Mapping[str, Measure], cavities: Sequence[str], where: str) -
         return dict.fromkeys(cavities, given[""].si)
     for name in given:
         if name not in cavities:
-            raise InputError(f"given {where}.{name}: the mesh has no cavity '{name}'{nearest(name, cavities)}")
+            raise InputError(
+                f"given {where}.{name}: the mesh has no cavity '{name}'{nearest(name, cavities)}"
+            )
     for name in cavities:
         if name not in given:
             raise InputError(f"{where}.{name} is missing: every cavity needs a value ({', '.join(cavities)})")
     return {name: given[name].si for name in cavities}
 
 
-def _path_point(entry: Any, key: str, cavities: Sequence[str], order: Sequence[str], number: int) -> dict[str, float]:
+def _path_point(
+    entry: Any, key: str, cavities: Sequence[str], order: Sequence[str], number: int
+) -> dict[str, float]:
     """One entry of loads.path: a value for all, a list in the order of the end's table, or a table."""
-    where = f"loads.{key.replace('pressure', 'path')}.{number}" if key == "pressure" else f"loads.path.{number}"
+    where = (
+        f"loads.{key.replace('pressure', 'path')}.{number}" if key == "pressure" else f"loads.path.{number}"
+    )
     unit, limits = _UNIT[key]
 
     def read(value: Any, name: str) -> Measure:
@@ -306,8 +337,12 @@ def _path_point(entry: Any, key: str, cavities: Sequence[str], order: Sequence[s
         return _spread({name: read(value, f".{name}") for name, value in entry.items()}, cavities, where)
     if isinstance(entry, list):
         if len(entry) != len(order):
-            raise InputError(f"given {brief(entry)} for {where}: {len(order)} values are needed ({', '.join(order)})")
-        return _spread({name: read(value, f".{name}") for name, value in zip(order, entry, strict=True)}, cavities, where)
+            raise InputError(
+                f"given {brief(entry)} for {where}: {len(order)} values are needed ({', '.join(order)})"
+            )
+        return _spread(
+            {name: read(value, f".{name}") for name, value in zip(order, entry, strict=True)}, cavities, where
+        )
     return _spread({"": read(entry, "")}, cavities, where)
 
 
@@ -322,7 +357,9 @@ def rest_volumes(mesh: TaggedMesh, symmetry: Mapping[str, str]) -> dict[str, flo
         i = "xyz".index(axis)
         origin[i] = float(np.mean(mesh.points[np.asarray(mesh.surfaces[surface]).ravel(), i]))
     factor = 2.0 ** len(symmetry)
-    return {c: factor * Cavity(mesh.surfaces[f"cavity {c}"], origin).volume(mesh.points) for c in mesh.cavities}
+    return {
+        c: factor * Cavity(mesh.surfaces[f"cavity {c}"], origin).volume(mesh.points) for c in mesh.cavities
+    }
 
 
 def resolved_deck(deck: Deck, shape: Any, symmetry: Mapping[str, str]) -> dict[str, Any]:

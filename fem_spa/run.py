@@ -118,18 +118,20 @@ def _solve(setup: Setup, folder: ResultFolder, observers: Sequence[Any]) -> Resu
 def _fault(setup: Setup, folder: ResultFolder) -> Result:
     """A fault of the program itself: its trace goes to error.log, what was reached stays."""
     if os.environ.get("FEM_SPA_DEBUG"):
-        raise  # noqa: PLE0704
+        raise
     text = traceback.format_exc()
     log = folder.path / "error.log"
     write_whole(log, text)
     last = text.strip().splitlines()[-1]
-    return _partial(setup, folder, "diverged", f"a fault of the program ended the run ({last}); its trace is in {log}")
+    return _partial(
+        setup, folder, "diverged", f"a fault of the program ended the run ({last}); its trace is in {log}"
+    )
 
 
 def _partial(setup: Setup, folder: ResultFolder, status: str, message: str) -> Result:
     """A result from what the folder has seen."""
     space = folder.space
-    return Result(
+    result = Result(
         status=status,
         message=message,
         rows=list(folder.rows),
@@ -140,6 +142,8 @@ def _partial(setup: Setup, folder: ResultFolder, status: str, message: str) -> R
         factorizations=0,
         seconds={},
     )
+    folder.finished(result)
+    return result
 
 
 def write_result(setup: Setup, result: Result, folder: ResultFolder, begun: float) -> dict[str, Any]:
@@ -174,19 +178,17 @@ def write_result(setup: Setup, result: Result, folder: ResultFolder, begun: floa
 
 
 def _pictures(setup: Setup, result: Result, folder: ResultFolder) -> None:
-    """curve.png and shape.png."""
+    """curve.png and shape.png; the shape is rendered by a process of its own meanwhile."""
     from fem_spa.output.curve_plot import write_curve
-    from fem_spa.output.shape_picture import write_shape
+    from fem_spa.output.shape_picture import ShapePicture
 
     problem, rows = setup.problem, result.rows
-    last = (result.states[-1] if result.states else folder.last_state, rows[-1]) if rows else (None, None)
-    drawings = {
-        "curve.png": lambda path: write_curve(path, problem, result, rows),
-        "shape.png": lambda path: write_shape(path, problem, folder.space, *last),
-    }
-    for name, draw in drawings.items():
-        try:
-            draw(folder.path / name)
-        except Exception as error:
-            result.warnings.append(f"{name} could not be drawn ({type(error).__name__}: {error})")
-
+    last = (folder.last_state, rows[-1]) if rows else (None, None)
+    try:
+        shape = ShapePicture(problem, folder.space, *last)
+        write_curve(folder.path / "curve.png", problem, result, rows)
+        shape.write(folder.path / "shape.png")
+    except Exception as error:
+        if os.environ.get("FEM_SPA_DEBUG"):
+            raise
+        result.warnings.append(f"A picture could not be drawn ({type(error).__name__}: {error}).")

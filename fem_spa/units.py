@@ -55,7 +55,8 @@ _COMMON: dict[str, dict[str, float]] = {
 }
 
 _NUMBER = re.compile(
-    r"\s*([+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|(?:inf(?:inity)?|nan)(?!\w)))\s*(.*?)\s*", re.IGNORECASE
+    r"\s*([+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|(?:inf(?:inity)?|nan)(?!\w)))\s*(.*?)\s*",
+    re.IGNORECASE,
 )
 
 
@@ -138,7 +139,9 @@ def _scaled(number: float, factor: float) -> float:
     return number / parts if factor < 1.0 and factor == 1.0 / parts else number * factor
 
 
-def _value_by_pint(given: str, number: float, written: str, unit: str, name: str | None, needed: str) -> float:
+def _value_by_pint(
+    given: str, number: float, written: str, unit: str, name: str | None, needed: str
+) -> float:
     """The slow path: any unit that pint knows."""
     registry = _registry()
     try:
@@ -166,7 +169,13 @@ def _line(given: Any, name: str | None, reason: str) -> str:
 
 def brief(given: Any) -> str:
     """What was given, as a deck shows it, on one line and not longer than 60 characters."""
-    text = f"'{given}'" if isinstance(given, str) else str(given).lower() if isinstance(given, bool) else str(given)
+    text = (
+        f"'{given}'"
+        if isinstance(given, str)
+        else str(given).lower()
+        if isinstance(given, bool)
+        else str(given)
+    )
     text = " ".join(text.split())
     return text if len(text) <= 60 else text[:57] + "..."
 

@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-
 UNIT = "mm"
 """Of the numbers in the file: a deck that reads it says unit = "mm"."""
 
@@ -14,7 +13,9 @@ UNIT = "mm"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments; the shapes are listed below the help, from their metadata."""
     parser.add_argument("deck", metavar="DECK.toml", help="the deck; only its [geometry] is used")
-    parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="replace a value of the deck")
+    parser.add_argument(
+        "--set", metavar="KEY=VALUE", action="append", default=[], help="replace a value of the deck"
+    )
     parser.add_argument(
         "--out",
         metavar="FILE.msh|.vtu",
@@ -37,7 +38,9 @@ def shapes_help() -> str:
         wide = max(len(item.name) for item in items)
         for item in items:
             symbol = f" ({item.symbol})" if item.symbol else ""
-            lines.append(f"    {item.name:<{wide}}  {item.default_text:>8}   {item.doc}{symbol}; {item.range_text}")
+            lines.append(
+                f"    {item.name:<{wide}}  {item.default_text:>8}   {item.doc}{symbol}; {item.range_text}"
+            )
     lines += ["", 'or a file of your own: file = "finger.msh" (or .step), unit = "mm"']
     return "\n".join(lines)
 

@@ -22,8 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="replace a value of the deck, for example --set loads.pressure='15 kPa'; may be repeated",
     )
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder of the results (default: out/<name of the deck>)")
-    parser.add_argument("--resume", action="store_true", help="go on with an interrupted run (not in this version)")
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, help="folder of the results (default: out/<name of the deck>)"
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="go on with an interrupted run (not in this version)"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -31,7 +35,9 @@ def run(arguments: argparse.Namespace) -> int:
     from fem_spa.errors import InputError
 
     if arguments.resume:
-        raise InputError("given --resume: this version cannot go on with an interrupted run; leave it out to start anew")
+        raise InputError(
+            "given --resume: this version cannot go on with an interrupted run; leave it out to start anew"
+        )
     from fem_spa.run import run_deck
 
     outcome = run_deck(arguments.deck, arguments.out, arguments.set)

@@ -58,8 +58,12 @@ def summaries() -> dict[str, str]:
 def _summary(path: Path) -> str | None:
     """The module's `SUMMARY`, a string literal at its top level; None where it has none."""
     for statement in ast.parse(path.read_text(encoding="utf-8")).body:
-        targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
+        targets = (
+            statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
+        )
         value = getattr(statement, "value", None)
-        if any(isinstance(t, ast.Name) and t.id == "SUMMARY" for t in targets) and isinstance(value, ast.Constant):
+        if any(isinstance(t, ast.Name) and t.id == "SUMMARY" for t in targets) and isinstance(
+            value, ast.Constant
+        ):
             return " ".join(str(value.value).split())
     return None

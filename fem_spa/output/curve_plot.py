@@ -32,7 +32,9 @@ def write_curve(path: Path, problem: Problem, result: Result, rows: Sequence[Row
     drawing = figure(1.0 + 5.6 * panels if panels > 1 else 7.2, 4.6)
     axes = list(np.atleast_1d(drawing.subplots(1, panels)))
     if not rows:
-        axes[0].text(0.5, 0.5, "no load step converged", ha="center", va="center", transform=axes[0].transAxes)
+        axes[0].text(
+            0.5, 0.5, "no load step converged", ha="center", va="center", transform=axes[0].transAxes
+        )
     elif angles or not (volume or force):
         _angle_over_pressure(axes.pop(0), problem, result, rows)
     if rows and force:
@@ -60,8 +62,16 @@ def _abscissa(problem: Problem, result: Result, rows: Sequence[Row]) -> tuple[np
         return table[:, 0], "pressure [kPa]", None if touch is None else float(touch[0])
     ratio = table[-1] / table[-1, lead] if table[-1, lead] else np.zeros(len(names))
     if np.all(np.abs(table - np.outer(table[:, lead], ratio)) <= 1e-6 * largest):
-        others = ", ".join(f"{n}: {number(r)} times" for n, r, i in zip(names, ratio, range(len(names)), strict=True) if i != lead)
-        return table[:, lead], f"pressure {names[lead]} [kPa]   ({others})", None if touch is None else float(touch[lead])
+        others = ", ".join(
+            f"{n}: {number(r)} times"
+            for n, r, i in zip(names, ratio, range(len(names)), strict=True)
+            if i != lead
+        )
+        return (
+            table[:, lead],
+            f"pressure {names[lead]} [kPa]   ({others})",
+            None if touch is None else float(touch[lead]),
+        )
     length = np.cumsum(np.linalg.norm(np.diff(np.vstack([np.zeros(len(names)), table]), axis=0), axis=1))
     place = None
     if touch is not None:
@@ -69,13 +79,24 @@ def _abscissa(problem: Problem, result: Result, rows: Sequence[Row]) -> tuple[np
     return length, "length of the load path [kPa]", place
 
 
-def _line(axes: Any, x: np.ndarray, y: np.ndarray, rows: Sequence[Row], name: str, colour: str = ACCENT) -> None:
+def _line(
+    axes: Any, x: np.ndarray, y: np.ndarray, rows: Sequence[Row], name: str, colour: str = ACCENT
+) -> None:
     """A curve: every converged step a small dot, the load points that the deck names a ring."""
     axes.plot(x, y, "-", color=colour, linewidth=2.0, label=name, zorder=3)
     axes.plot(x, y, ".", color=colour, markersize=4.5, zorder=3)
     named = np.array([row.is_point for row in rows])
     if named.any():
-        axes.plot(x[named], y[named], "o", color="white", markeredgecolor=colour, markeredgewidth=1.6, markersize=6.5, zorder=4)
+        axes.plot(
+            x[named],
+            y[named],
+            "o",
+            color="white",
+            markeredgecolor=colour,
+            markeredgewidth=1.6,
+            markersize=6.5,
+            zorder=4,
+        )
 
 
 def _touch_line(axes: Any, place: float | None, falls: bool = False) -> None:
@@ -117,7 +138,7 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     axes.plot(*_from_rest(problem, x, y), "-", color=ACCENT, linewidth=2.0, zorder=3)
     _line(axes, x, y, rows, "angle")
     axes.annotate(
-        f"{number(float(y[-1]))}°",
+        f"{number(float(y[-1]), 3)}°",
         (x[-1], y[-1]),
         xytext=(-8, 6),
         textcoords="offset points",
@@ -127,7 +148,12 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     )
     axes.set_xlabel(label)
     axes.set_ylabel("bending angle [deg]")
-    words = {"done": "", "limit": ", load limit", "diverged": ", stopped early", "interrupted": ", interrupted"}
+    words = {
+        "done": "",
+        "limit": ", load limit",
+        "diverged": ", stopped early",
+        "interrupted": ", interrupted",
+    }
     axes.set_title(f"Angle over pressure, {len(rows)} steps{words.get(result.status, '')}")
     axes.margins(y=0.12)
     tidy(axes)
@@ -142,7 +168,14 @@ def _pressures_below(axes: Any, problem: Problem, x: np.ndarray, rows: Sequence[
     styles = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)))
     for number_, name in enumerate(problem.mesh.cavities):
         y = [row.pressure[name] / 1e3 for row in rows]
-        right.plot([0.0, *x], [0.0, *y], linestyle=styles[number_ % 4], color=GREY, linewidth=1.3, label=f"{name} [kPa]")
+        right.plot(
+            [0.0, *x],
+            [0.0, *y],
+            linestyle=styles[number_ % 4],
+            color=GREY,
+            linewidth=1.3,
+            label=f"{name} [kPa]",
+        )
     right.set_ylabel("pressure [kPa]", color=GREY)
     right.tick_params(colors=GREY)
     right.spines["top"].set_visible(False)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-import shutil
 import time
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +16,14 @@ from fem_spa.output.vtu import pvd, vtu
 from fem_spa.solid.problem import Problem, Result, Row, State
 
 WRITTEN = ("curve.csv", "result.json", "fields.pvd", "curve.png", "shape.png", "report.html", "error.log")
+MOST_PENDING = 2
+"""Steps whose fields may wait to be written."""
+
 NOTE = "fem_spa: lengths in m, stress and pressure in Pa, Cauchy stress as xx yy zz xy yz xz"
 
 
 class ResultFolder:
-    """Writes curve.csv, fields.pvd and fields/*.vtu as the run goes on.
+    """Writes curve.csv, fields.pvd and fields/*.vtu as the run goes on, the fields on a thread of their own.
 
     The folder is made, and files of an earlier run in it are removed, only when the solver has
     accepted the problem: a wrong input leaves no trace.
@@ -39,6 +42,8 @@ class ResultFolder:
         self.space: Any = None
         self.seconds = 0.0
         self._steps: list[tuple[float, str]] = []
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="fields")
+        self._pending: list[Future[None]] = []
 
     @property
     def started(self) -> bool:
@@ -48,7 +53,9 @@ class ResultFolder:
     @property
     def force(self) -> bool:
         """Whether the tip is held and its reaction a column."""
-        held = self.problem is not None and (self.problem.blocked or self.problem.loads.tip_displacement is not None)
+        held = self.problem is not None and (
+            self.problem.blocked or self.problem.loads.tip_displacement is not None
+        )
         return held
 
     @property
@@ -64,28 +71,42 @@ class ResultFolder:
             (self.path / name).unlink(missing_ok=True)
         for old in (self.path / "fields").glob("step_*.vtu"):
             old.unlink()
-        self._write_lists()
+        self._write_curve()
+        self._write_list_of_fields()
 
     def iteration(self, step: int, pressure: dict[str, float], iteration: int, residual: float) -> None:
         """Nothing is kept of single iterations."""
 
     def converged(self, state: State, row: Row, fraction: float = 0.0) -> None:
-        """Write the fields of this step, then the lists that name it."""
+        """Write the curve now; the fields of this step beside the next one's solution."""
         begun = time.perf_counter()
         self.rows.append(row)
         self.last_state = state
-        name = f"fields/step_{row.step:04d}.vtu"
-        write_whole(self.path / name, self._fields(state, row))
-        self._steps.append((float(row.step), name))
-        self._write_lists()
+        self._write_curve()
+        while len(self._pending) >= MOST_PENDING:
+            self._pending.pop(0).result()
+        self._pending.append(self._writer.submit(self._write_fields, state, row))
         self.seconds += time.perf_counter() - begun
 
     def finished(self, result: Result) -> None:
-        """The lists are already whole."""
+        """Wait until the last fields are on disk."""
+        begun = time.perf_counter()
+        while self._pending:
+            self._pending.pop(0).result()
+        self.seconds += time.perf_counter() - begun
 
-    def _write_lists(self) -> None:
+    def _write_curve(self) -> None:
         write_whole(self.path / "curve.csv", curve_csv(self.rows, self.cavities, self.force))
+
+    def _write_list_of_fields(self) -> None:
         write_whole(self.path / "fields.pvd", pvd(self._steps))
+
+    def _write_fields(self, state: State, row: Row) -> None:
+        """The fields of a step, then the list that names them."""
+        name = f"fields/step_{row.step:04d}.vtu"
+        write_whole(self.path / name, self._fields(state, row))
+        self._steps.append((float(row.step), name))
+        self._write_list_of_fields()
 
     def _fields(self, state: State, row: Row) -> bytes:
         from fem_spa.solid.fields import nodal_fields
@@ -96,7 +117,11 @@ class ResultFolder:
         small["displacement"] = np.asarray(fields["displacement"], dtype=np.float64)
         names = pressure_headers(self.cavities)
         numbers = {name: row.pressure[c] / 1e3 for name, c in zip(names, self.cavities, strict=True)}
-        numbers |= {"TimeValue": float(row.step), "angle [deg]": math.degrees(row.angle), "volume [mm^3]": row.volume * 1e9}
+        numbers |= {
+            "TimeValue": float(row.step),
+            "angle [deg]": math.degrees(row.angle),
+            "volume [mm^3]": row.volume * 1e9,
+        }
         regions = ", ".join(f"{i} {name}" for i, name in enumerate(self.space.region_names))
         return vtu(
             self.space.points,
@@ -106,10 +131,3 @@ class ResultFolder:
             numbers,
             f"{NOTE}; regions {regions}",
         )
-
-
-def remove_if_empty(path: Path) -> None:
-    """Take away a folder in which nothing was left, and its empty `fields`."""
-    for folder in (path / "fields", path):
-        if folder.is_dir() and not any(folder.iterdir()):
-            shutil.rmtree(folder)

@@ -13,7 +13,18 @@ from typing import Any
 from fem_spa.output.words import all_warnings
 from fem_spa.solid.problem import Problem, Result, Row
 
-PACKAGES = ("fem-spa", "numpy", "scipy", "scikit-fem", "numba", "pypardiso", "gmsh", "meshio", "vtk", "matplotlib")
+PACKAGES = (
+    "fem-spa",
+    "numpy",
+    "scipy",
+    "scikit-fem",
+    "numba",
+    "pypardiso",
+    "gmsh",
+    "meshio",
+    "vtk",
+    "matplotlib",
+)
 
 
 def versions() -> dict[str, str]:
@@ -48,7 +59,8 @@ def material_table(problem: Problem, sources: Mapping[str, str]) -> dict[str, di
         table[name] = {
             "law": law.name,
             "parameters": {
-                key: {"value": value, "unit": law.parameters[key]} for key, value in material.parameters.items()
+                key: {"value": value, "unit": law.parameters[key]}
+                for key, value in material.parameters.items()
             },
             "bulk": {"value": "inf" if math.isinf(material.bulk) else material.bulk, "unit": "Pa"},
             "density": None if material.density is None else {"value": material.density, "unit": "kg/m^3"},

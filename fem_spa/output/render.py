@@ -1,9 +1,16 @@
-"""Shaded images of triangles on paper, by VTK off screen. Only the few modules of VTK that are needed are loaded."""
+"""Shaded images of triangles on paper, by VTK off screen, in a process of their own.
+
+The process keeps VTK's memory, and a graphics driver that crashes, out of the run; it works while the
+curve is drawn. Only the few modules of VTK that are needed are loaded.
+"""
 
 from __future__ import annotations
 
+import io
 import os
+import subprocess
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -114,3 +121,76 @@ class Window:
                 total += colour[i : rows * n : n, j : columns * n : n] * part
         total /= np.maximum(255.0 * covered, 1.0)
         return np.concatenate([total, covered / n**2], axis=2)
+
+
+Layer = tuple[np.ndarray, np.ndarray]
+"""Points on paper (n, 3) m, and colours (k, 3, 3) of the triangles' corners, 0..1."""
+
+
+class Rendering:
+    """Images of layers, being made by a process of their own from the moment this is created.
+
+    Parameters
+    ----------
+    box : (left, right, bottom, top) on paper, m
+    width : pixels
+    triangles : (k, 3), the same for every layer
+    """
+
+    def __init__(
+        self, box: Sequence[float], width: int, triangles: np.ndarray, layers: Sequence[Layer]
+    ) -> None:
+        buffer = io.BytesIO()
+        arrays: dict[str, Any] = {"box": np.array(box), "width": np.array(width), "triangles": triangles}
+        for i, (paper, colours) in enumerate(layers):
+            arrays |= {f"paper{i}": paper, f"colours{i}": colours.astype(np.float32)}
+        np.savez(buffer, **arrays)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", __name__],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+        )
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(buffer.getvalue())
+            self._process.stdin.close()
+        except OSError:
+            pass  # the process is gone; `images` says so
+
+    def images(self) -> np.ndarray:
+        """(layers, height, width, 4) of 0..1.
+
+        Raises
+        ------
+        RenderingFailed
+            The process ended without them: no VTK, no driver, or a crash of either.
+        """
+        process = self._process
+        assert process.stdout is not None
+        data = process.stdout.read()
+        process.stdout.close()
+        if process.wait() != 0:
+            raise RenderingFailed(f"the rendering process ended with status {process.returncode}")
+        return np.load(io.BytesIO(data)).astype(np.float32) / 255.0
+
+
+def main() -> None:
+    """What the process does: layers on stdin, images on stdout."""
+    output = os.dup(1)
+    os.dup2(2, 1)  # whatever a driver prints stays out of the images
+    given = np.load(io.BytesIO(sys.stdin.buffer.read()))
+    count = sum(name.startswith("paper") for name in given.files)
+    window = Window(tuple(given["box"]), int(given["width"]))
+    images = [
+        window.image(given[f"paper{i}"], given["triangles"], given[f"colours{i}"]) for i in range(count)
+    ]
+    buffer = io.BytesIO()
+    np.save(buffer, np.round(255.0 * np.array(images)).astype(np.uint8))
+    with os.fdopen(output, "wb") as stream:
+        stream.write(buffer.getvalue())
+
+
+if __name__ == "__main__":
+    main()

@@ -67,14 +67,16 @@ def _tiles(problem: Problem, result: Result) -> str:
     last = result.rows[-1]
     tiles = [("pressure at the end", pressures(last.pressure))]
     if math.isfinite(last.angle):
-        tiles.append(("bending angle", f"{number(math.degrees(last.angle))}°"))
+        tiles.append(("bending angle", f"{number(math.degrees(last.angle), 3)}°"))
     if last.force is not None:
         tiles.append(("force of the held tip", f"{number(last.force)} N"))
     tiles.append(("largest stretch in the rubber", f"{number(last.max_stretch, 3)} times"))
     if result.touch_pressure:
         tiles.append(("walls first touch at", pressures(result.touch_pressure)))
     tiles.append(("enclosed air", f"{number(last.volume * 1e6)} ml"))
-    cells = "".join(f"<div><strong>{_text(value)}</strong><span>{_text(label)}</span></div>" for label, value in tiles)
+    cells = "".join(
+        f"<div><strong>{_text(value)}</strong><span>{_text(label)}</span></div>" for label, value in tiles
+    )
     return f'<section class="tiles">{cells}</section>\n'
 
 
@@ -121,7 +123,10 @@ def _rows(problem: Problem, rows: Sequence[Row]) -> str:
     head = "".join(f"<th>{_text(cell)}</th>" for cell in names)
     body = "".join(
         f'<tr class="{"point" if row.is_point else ""}">'
-        + "".join(f"<td>{_cell(name, value)}</td>" for name, value in zip(names, values(row, cavities, force), strict=True))
+        + "".join(
+            f"<td>{_cell(name, value)}</td>"
+            for name, value in zip(names, values(row, cavities, force), strict=True)
+        )
         + "</tr>"
         for row in rows
     )
@@ -130,7 +135,9 @@ def _rows(problem: Problem, rows: Sequence[Row]) -> str:
 
 def _cell(name: str, value: float) -> str:
     """A number with as many decimals as its column needs."""
-    decimals = {"angle [deg]": 2, "volume [mm^3]": 0, "max stretch": 3}.get(name, 2 if name.startswith("tip ") else None)
+    decimals = {"angle [deg]": 2, "volume [mm^3]": 0, "max stretch": 3}.get(
+        name, 2 if name.startswith("tip ") else None
+    )
     return number(value, 5) if decimals is None or value != value else f"{value:.{decimals}f}"
 
 
@@ -153,7 +160,9 @@ def _what_was_run(problem: Problem, record: Mapping[str, Any]) -> str:
     for name, layer in problem.layers.items():
         words = f"membrane, modulus {show(layer.modulus, 'Pa')}, thickness {show(layer.thickness, 'm')}"
         pairs.append((f"layer {name}", _text(f"{words}, Poisson's ratio {number(layer.poisson)}")))
-    pairs.append(("held", _text(", ".join([*problem.fixed, *(["tip"] if problem.blocked else [])]) or "nothing")))
+    pairs.append(
+        ("held", _text(", ".join([*problem.fixed, *(["tip"] if problem.blocked else [])]) or "nothing"))
+    )
     if problem.symmetry:
         planes = ", ".join(f"{surface} (normal {axis})" for surface, axis in problem.symmetry.items())
         pairs.append(("symmetry", _text(f"{planes}; forces and volumes are those of the whole")))
@@ -162,12 +171,16 @@ def _what_was_run(problem: Problem, record: Mapping[str, Any]) -> str:
         pairs.append(("gravity", _text(", ".join(number(g) for g in loads.gravity) + " m/s²")))
     if any(loads.tip_force):
         pairs.append(("force on the tip", _text(", ".join(number(f) for f in loads.tip_force) + " N")))
-    pairs.append(("contact", "not simulated in this version; walls are watched, and what they do is said above"))
+    pairs.append(
+        ("contact", "not simulated in this version; walls are watched, and what they do is said above")
+    )
     return f"<section><h2>What was run</h2>{_pairs(pairs)}</section>\n"
 
 
 def _material(table: Mapping[str, Any]) -> str:
-    numbers = ", ".join(f"{key} {show(item['value'], item['unit'])}" for key, item in table["parameters"].items())
+    numbers = ", ".join(
+        f"{key} {show(item['value'], item['unit'])}" for key, item in table["parameters"].items()
+    )
     bulk = table["bulk"]["value"]
     squeeze = "incompressible" if bulk == "inf" else f"bulk modulus {show(bulk, 'Pa')}"
     density = "" if table["density"] is None else f", {number(table['density']['value'])} kg/m³"
@@ -188,10 +201,16 @@ def _cost(record: Mapping[str, Any]) -> str:
     seconds = ", ".join(f"{name} {number(value, 3)} s" for name, value in record["seconds"].items() if value)
     memory = record["peak_rss_mb"]
     pairs = [
-        ("work", f"{record['steps']} steps, {record['newton_iterations']} Newton iterations, {record['factorizations']} factorizations"),
+        (
+            "work",
+            f"{record['steps']} steps, {record['newton_iterations']} Newton iterations, {record['factorizations']} factorizations",
+        ),
         ("time", seconds),
         *([("memory", f"{memory:.0f} MB at most")] if memory else []),
         ("versions", _text(", ".join(f"{name} {text}" for name, text in record["versions"].items()))),
-        ("files beside this page", "curve.csv, result.json, fields.pvd (open in ParaView), curve.png, shape.png"),
+        (
+            "files beside this page",
+            "curve.csv, result.json, fields.pvd (open in ParaView), curve.png, shape.png",
+        ),
     ]
     return f"<section><h2>What it took</h2>{_pairs(pairs)}</section>\n"

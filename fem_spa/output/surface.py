@@ -44,7 +44,9 @@ def outside(space: Any, symmetry: Mapping[str, str]) -> Outside:
     space : with points (n, 3) m, boundary (k, 6), surfaces name -> (k, 6)
     symmetry : surface -> "x", "y" or "z"
     """
-    hidden = [faces for name, faces in space.surfaces.items() if name.startswith("cavity ") or name in symmetry]
+    hidden = [
+        faces for name, faces in space.surfaces.items() if name.startswith("cavity ") or name in symmetry
+    ]
     faces = space.boundary
     if hidden:
         inner = _keys(np.vstack([np.asarray(f)[:, :3] for f in hidden]), len(space.points))
@@ -96,13 +98,13 @@ def shading(points: np.ndarray, triangles: np.ndarray, crease: float = 40.0) -> 
     normal = np.stack(
         [np.bincount(corner[alike], area[other[alike], i], len(group)) for i in range(3)], axis=1
     )
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     sky = 0.5 + 0.5 * (normal @ (LIGHT / np.linalg.norm(LIGHT)))
     return (DARKEST + (1.0 - DARKEST) * sky).reshape(-1, 3)
 
 
 LIGHT = np.array([-0.35, -0.75, 0.65])
-DARKEST = 0.45
+DARKEST = 0.5
 """Brightness of a face that looks away from the light."""
 
 

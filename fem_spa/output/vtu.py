@@ -69,7 +69,9 @@ def _array(name: str, values: np.ndarray, extra: str = "") -> str:
     if components == 6:
         shape += "".join(f' ComponentName{i}="{word}"' for i, word in enumerate(TENSOR_COMPONENTS))
     data = base64.b64encode(np.uint64(values.nbytes).tobytes() + values.tobytes()).decode("ascii")
-    return f'<DataArray type="{kind}" Name={quoteattr(name)}{shape}{extra} format="binary">{data}</DataArray>\n'
+    return (
+        f'<DataArray type="{kind}" Name={quoteattr(name)}{shape}{extra} format="binary">{data}</DataArray>\n'
+    )
 
 
 def pvd(steps: Sequence[tuple[float, str]]) -> str:

@@ -54,7 +54,7 @@ def end_wanted(problem: Problem) -> str:
 def outcome(row: Row) -> str:
     """What a row shows in a few words: its angle, or its volume where there is no angle."""
     if math.isfinite(row.angle):
-        words = f"the tip has turned by {number(math.degrees(row.angle))}°"
+        words = f"the tip has turned by {number(math.degrees(row.angle), 3)}°"
     else:
         words = f"{millimetres_cubed(row.volume)} are enclosed"
     if row.force is not None:
@@ -71,9 +71,13 @@ def verdict(problem: Problem, result: Result, rows: Sequence[Row]) -> str:
     if result.status == "done":
         sentence = f"{head}: at {pressures(last.pressure)} {outcome(last)}."
     else:
-        sentence = f"{head}: reached {pressures(last.pressure)} of {end_wanted(problem)}; there {outcome(last)}."
+        sentence = (
+            f"{head}: reached {pressures(last.pressure)} of {end_wanted(problem)}; there {outcome(last)}."
+        )
     if result.touch_pressure:
-        sentence += f" Without contact: from {pressures(result.touch_pressure)} on walls pass through one another."
+        sentence += (
+            f" Without contact: from {pressures(result.touch_pressure)} on walls pass through one another."
+        )
     peak = highest(rows)
     if peak is not None:
         sentence += f" The pressure had its highest value, {pressures(peak.pressure)}, on the way."
