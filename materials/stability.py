@@ -90,9 +90,23 @@ def _stable(law: Law, parameters: Mapping[str, float], mode: str, stretch: Array
         return margin(law, parameters, principal_stretches(mode, stretch)) > 0.0
 
 
+def reach_stretch(mode: str, reach: float) -> tuple[float, float]:
+    """The stretches, below and above 1, at which I1 - 3 is `reach` in `mode`."""
+    ends = []
+    for far in (1e-3, 1e3):
+        a, b = 0.0, float(np.log(far))
+        for _ in range(80):
+            middle = 0.5 * (a + b)
+            I1, _ = invariants(principal_stretches(mode, np.exp(np.array([middle]))))
+            a, b = (middle, b) if I1[0] - 3.0 < reach else (a, middle)
+        ends.append(float(np.exp(a)))
+    return ends[0], ends[1]
+
+
 def scan(
-    law: Law, parameters: Mapping[str, float], low: float = 0.3, high: float = 5.0
+    law: Law, parameters: Mapping[str, float], asked: Mapping[str, tuple[float, float]], points: int = 120
 ) -> tuple[bool, dict[str, tuple[float, float]]]:
-    """Whether the law is stable in every mode over [low, high], and the stable range of each mode."""
-    ranges = {mode: stable_range(law, parameters, mode, low, high) for mode in MODES}
-    return all(r == (low, high) for r in ranges.values()), ranges
+    """Whether the law is stable in every mode over `asked` (mode -> (low, high) of the stretch), and the
+    part of each range, around 1, in which it is."""
+    ranges = {mode: stable_range(law, parameters, mode, *asked[mode], points=points) for mode in MODES}
+    return all(ranges[mode] == tuple(asked[mode]) for mode in MODES), ranges
