@@ -48,11 +48,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if _wrong_input(error):
             print(f"fem-spa: {' '.join(str(error).split())}", file=sys.stderr)
             return WRONG_INPUT
-        words_ = " ".join(str(error).split())
-        print(
-            f"fem-spa: a fault of the program: {type(error).__name__}: {words_} (FEM_SPA_DEBUG=1 shows where)",
-            file=sys.stderr,
-        )
+        what = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        print(f"fem-spa: a fault of the program: {what} (FEM_SPA_DEBUG=1 shows where)", file=sys.stderr)
         return UNFINISHED
 
 
@@ -60,7 +57,7 @@ def _run(words: list[str]) -> int:
     """Parse, load the one command that is asked for, call it."""
     parser = Parser(
         prog="fem-spa",
-        description="Soft pneumatic actuators: from a drawing and a rubber's test to an angle-pressure curve.",
+        description="Soft pneumatic actuators: from drawing and rubber test to an angle-pressure curve.",
         epilog="fem-spa COMMAND --help says more. A first run: fem-spa study --list",
     )
     parser.add_argument("--version", action="version", version=f"fem-spa {__version__}")

@@ -10,17 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from fem_spa.deck import (
-    PRESSURE_LIMITS,
-    RATIO_LIMITS,
-    VOLUME_LIMITS,
-    Deck,
-    MaterialTable,
-    Measure,
-    end_of_path,
-    nearest,
-    refuse_unknown,
-)
+from fem_spa.deck import Deck, end_of_path, nearest, refuse_unknown
+from fem_spa.deck_tables import PRESSURE_LIMITS, RATIO_LIMITS, VOLUME_LIMITS, MaterialTable, Measure
 from fem_spa.errors import InputError
 from fem_spa.solid.problem import Layer, Loads, Material, Problem, StepControl
 from fem_spa.units import brief, quantity, show
@@ -139,9 +130,13 @@ def make_mesh(deck: Deck, shape: Any = None) -> TaggedMesh:
         mesh = read_mesh(deck.folder / str(geometry.file), unit=geometry.unit, size=size, required=())
     extent = float(np.ptp(mesh.points, axis=0).max())
     if not SMALLEST <= extent <= LARGEST:
+        size_text, allowed = (
+            show(float(f"{extent:.3g}"), "m"),
+            f"{show(SMALLEST, 'm')} to {show(LARGEST, 'm')}",
+        )
+        unit = geometry.unit or "the size's"
         raise InputError(
-            f"the body's largest size is {show(float(f'{extent:.3g}'), 'm')}; {show(SMALLEST, 'm')} to {show(LARGEST, 'm')} is "
-            f"allowed: is geometry.unit ({geometry.unit or 'of the sizes'}) the unit of the numbers?"
+            f"the body's largest size is {size_text}; {allowed} is allowed: is geometry.unit ({unit}) right?"
         )
     return mesh
 

@@ -82,7 +82,6 @@ def run_deck(
     with progress:
         progress.say(f"meshing {deck.geometry.shape or deck.geometry.file}")
         setup = prepare(deck)
-        progress.say("solving (the very first run on a machine also compiles, about a minute)")
         folder = ResultFolder(path)
         result = _solve(setup, folder, [folder, progress, *observers])
         result.warnings = [*setup.warnings, *result.warnings]

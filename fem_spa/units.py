@@ -134,7 +134,7 @@ def _value(given: Any, unit: str, name: str | None, infinite: bool, zero: bool) 
 
 
 def _scaled(number: float, factor: float) -> float:
-    """`number * factor`, rounded once where the factor is a whole part of one: 18 mm is 0.018 m to the last bit."""
+    """`number * factor`, rounded once: 18 mm is 0.018 m to the last bit."""
     parts = round(1.0 / factor)
     return number / parts if factor < 1.0 and factor == 1.0 / parts else number * factor
 

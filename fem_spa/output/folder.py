@@ -1,4 +1,4 @@
-"""The observer that keeps the result folder: each converged step is on disk, whole, before the next begins."""
+"""The observer that keeps the result folder: what has converged is on disk, whole."""
 
 from __future__ import annotations
 

@@ -44,14 +44,18 @@ class Progress:
             self._status = None
 
     def say(self, text: str) -> None:
-        """Show `text` now on a terminal; in a log unless the last line is younger than two seconds."""
+        """Show `text` now on a terminal.
+
+        In a log: only once the solver has accepted the problem, so that a wrong input has one line and
+        no more, and only when the last line is older than two seconds.
+        """
         if self._quiet:
             return
         if self._status is not None:
             from rich.markup import escape
 
             self._status.update(escape(text))
-        elif not self._started or time.perf_counter() - self._said >= SECONDS_BETWEEN_LINES:
+        elif self._started and time.perf_counter() - self._said >= SECONDS_BETWEEN_LINES:
             self._said = time.perf_counter()
             print(text, file=sys.stderr, flush=True)
 
@@ -59,6 +63,9 @@ class Progress:
         """The solver has accepted the problem."""
         self._begun = time.perf_counter()
         self._started = True
+        self._said = -SECONDS_BETWEEN_LINES
+        unknowns = f"{len(problem.mesh.tets)} elements, {space.n_dofs} unknowns"
+        self.say(f"solving: {unknowns} (the first run on a machine also compiles, about a minute)")
 
     def iteration(self, step: int, pressure: Mapping[str, float], iteration: int, residual: float) -> None:
         """A Newton iteration: seen only on a terminal."""
@@ -70,7 +77,8 @@ class Progress:
         """A load step is in equilibrium; `fraction` of the load path is behind."""
         self._fraction = fraction
         self._last = f"angle {number(math.degrees(row.angle))}°  " if math.isfinite(row.angle) else ""
-        text = f"step {row.step}  {pressures(row.pressure)}  {row.iterations} iterations  {self._last}{self._time_left()}"
+        text = f"step {row.step}  {pressures(row.pressure)}  {row.iterations} iterations  {self._last}"
+        text += self._time_left()
         self.say(text.rstrip())
 
     def finished(self, result: Result) -> None:

@@ -55,7 +55,7 @@ def _verdict(problem: Problem, result: Result, name: str) -> str:
     kind = result.status if result.status in ("done", "interrupted") else "stopped"
     message = f"<p>{_text(result.message)}</p>" if result.message and result.status != "done" else ""
     return (
-        f'<header class="{kind}"><p class="name">{_text(name)}: soft pneumatic actuator, finite-element run</p>'
+        f'<header class="{kind}"><p class="name">{_text(name)}: a finite-element run of fem_spa</p>'
         f"<h1>{_text(verdict(problem, result, result.rows))}</h1>{message}</header>\n"
     )
 
@@ -97,7 +97,8 @@ def _pictures(folder: Path) -> str:
         if picture.is_file():
             data = base64.b64encode(picture.read_bytes()).decode("ascii")
             figures.append(
-                f'<figure><img alt="{_text(words)}" src="data:image/png;base64,{data}"><figcaption>{_text(words)}</figcaption></figure>'
+                f'<figure><img alt="{_text(words)}" src="data:image/png;base64,{data}">'
+                f"<figcaption>{_text(words)}</figcaption></figure>"
             )
     return f'<section class="pictures">{"".join(figures)}</section>\n' if figures else ""
 
@@ -111,7 +112,8 @@ def _table(problem: Problem, rows: Sequence[Row]) -> str:
     named = [row for row in rows if row.is_point]
     few = _rows(problem, named) if named else ""
     return (
-        f"<section><h2>The curve in numbers</h2>{few}<details><summary>all {len(rows)} steps (curve.csv)</summary>"
+        f"<section><h2>The curve in numbers</h2>{few}"
+        f"<details><summary>all {len(rows)} steps (curve.csv)</summary>"
         f"{_rows(problem, rows)}</details></section>\n"
     )
 
@@ -130,7 +132,8 @@ def _rows(problem: Problem, rows: Sequence[Row]) -> str:
         + "</tr>"
         for row in rows
     )
-    return f'<div class="scroll"><table class="numbers"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    table = f'<table class="numbers"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+    return f'<div class="scroll">{table}</div>'
 
 
 def _cell(name: str, value: float) -> str:
@@ -191,7 +194,8 @@ def _material(table: Mapping[str, Any]) -> str:
 
 def _again(deck: Mapping[str, Any]) -> str:
     return (
-        "<section><h2>How to run it again</h2><p>Save this deck as <code>again.toml</code>; every default is written out."
+        "<section><h2>How to run it again</h2><p>Save this deck as <code>again.toml</code>; "
+        "every default is written out."
         "</p><pre>fem-spa solve again.toml --out again</pre>"
         f"<details><summary>the deck</summary><pre>{_text(to_toml(deck).strip())}</pre></details></section>\n"
     )
@@ -203,7 +207,8 @@ def _cost(record: Mapping[str, Any]) -> str:
     pairs = [
         (
             "work",
-            f"{record['steps']} steps, {record['newton_iterations']} Newton iterations, {record['factorizations']} factorizations",
+            f"{record['steps']} steps, {record['newton_iterations']} Newton iterations, "
+            f"{record['factorizations']} factorizations",
         ),
         ("time", seconds),
         *([("memory", f"{memory:.0f} MB at most")] if memory else []),

@@ -3,7 +3,8 @@
 STYLE = """
 :root { --ink: #1f2937; --soft: #6b7280; --line: #e5e7eb; --good: #14633b; --bad: #9f2d1d; --mid: #92610a; }
 * { box-sizing: border-box; }
-body { margin: 0; background: #f6f7f9; color: var(--ink); font: 16px/1.5 system-ui, "Segoe UI", Roboto, sans-serif; }
+body { margin: 0; background: #f6f7f9; color: var(--ink); }
+body { font: 16px/1.5 system-ui, "Segoe UI", Roboto, sans-serif; }
 main { max-width: 1180px; margin: 0 auto; padding: 24px 20px 60px; }
 header { background: #fff; border-left: 8px solid var(--bad); padding: 14px 22px 16px; border-radius: 6px; }
 header.done { border-color: var(--good); }
@@ -24,7 +25,8 @@ figure { flex: 1 1 460px; margin: 0; text-align: center; }
 figure img { max-width: 100%; max-height: 470px; }
 figcaption { color: var(--soft); font-size: 13px; }
 table { border-collapse: collapse; font-size: 14px; }
-th, td { text-align: left; vertical-align: top; padding: 4px 14px 4px 0; border-bottom: 1px solid var(--line); }
+th, td { text-align: left; vertical-align: top; padding: 4px 14px 4px 0; }
+th, td { border-bottom: 1px solid var(--line); }
 th { font-weight: 600; white-space: nowrap; }
 .numbers th, .numbers td { text-align: right; font-variant-numeric: tabular-nums; padding: 3px 12px; }
 .numbers .point td { font-weight: 600; }

@@ -1,4 +1,4 @@
-"""How the pictures look: one place for colours and axes. Drawn with matplotlib's Agg, so no display is needed."""
+"""How the pictures look: one place for colours and axes. matplotlib's Agg: no display is needed."""
 
 from __future__ import annotations
 

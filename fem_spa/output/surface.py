@@ -1,4 +1,4 @@
-"""The outside of an actuator as triangles on paper: mirrored to the whole, projected on the bending plane x-z.
+"""The outside of an actuator as triangles on paper: mirrored to the whole, on the bending plane x-z.
 
 The projection is a cabinet one: the plane x-z keeps its lengths and angles, so that a scale bar and a
 bending angle can be read off; the depth y goes a third of its length up to the right.

@@ -78,7 +78,8 @@ def pvd(steps: Sequence[tuple[float, str]]) -> str:
     """The collection file: (time, file name relative to it) a step; the time is the number of the step."""
     lines = [f'<DataSet timestep="{time:.10g}" part="0" file={quoteattr(file)}/>\n' for time, file in steps]
     return (
-        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n<Collection>\n'
+        '<?xml version="1.0"?>\n'
+        '<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n<Collection>\n'
         + "".join(lines)
         + "</Collection>\n</VTKFile>\n"
     )
