@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,10 +16,14 @@ FLAT = 1e-5
 
 @dataclass(frozen=True)
 class Plane:
-    """The plane where coordinate `axis` (0, 1, 2) has the value `at`, mm."""
+    """The plane where coordinate `axis` (0, 1, 2) has the value `at`, mm.
+
+    Only faces count whose other coordinates stay within `reach` of zero.
+    """
 
     axis: int
     at: float
+    reach: float = math.inf
 
 
 @dataclass
@@ -126,7 +131,9 @@ def split(gmsh: Any, parts: Parts) -> Named:
 def lies_in(gmsh: Any, face: int, plane: Plane) -> bool:
     """Whether a face lies in a plane, by its bounding box."""
     box = gmsh.model.occ.getBoundingBox(2, face)
-    return abs(box[plane.axis] - plane.at) < FLAT and abs(box[plane.axis + 3] - plane.at) < FLAT
+    if max(abs(box[plane.axis] - plane.at), abs(box[plane.axis + 3] - plane.at)) > FLAT:
+        return False
+    return all(abs(box[k]) < plane.reach + FLAT for k in range(6) if k % 3 != plane.axis)
 
 
 def polygon(gmsh: Any, points: Iterable[tuple[float, float, float]]) -> int:
