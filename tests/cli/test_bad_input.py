@@ -101,7 +101,9 @@ SIZES = [
 
 
 @pytest.mark.parametrize("setting,words", SIZES, ids=[setting for setting, _ in SIZES])
-def test_sizes_of_a_shape(deck: Deck, capsys: pytest.CaptureFixture[str], setting: str, words: list[str]) -> None:
+def test_sizes_of_a_shape(
+    deck: Deck, capsys: pytest.CaptureFixture[str], setting: str, words: list[str]
+) -> None:
     """Refused before gmsh is asked, by `solve` and by `mesh`."""
     text = '[geometry]\nshape = "pneunet"\n[materials.body]\ncard = "dragon-skin-30"\n'
     path = deck(text + '[loads]\npressure = { slow = "4 kPa", fast = "2 kPa" }\n')

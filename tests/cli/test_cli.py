@@ -25,7 +25,9 @@ def test_help_imports_nothing_heavy() -> None:
         "print([m for m in ('numpy', 'pint', 'pydantic', 'gmsh', 'vtk', 'matplotlib', 'numba') if m in sys.modules])"
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True
+    )
     assert done.stdout.splitlines()[-1] == "[]"
 
 
@@ -63,7 +65,15 @@ def test_solve_leaves_the_files_of_the_contract(deck: Deck, capsys: pytest.Captu
     assert capsys.readouterr().out.startswith("Done: at 2 kPa")
     folder = Path("out/deck")
     found = {path.name for path in folder.iterdir()}
-    assert found == {"curve.csv", "result.json", "fields.pvd", "fields", "curve.png", "shape.png", "report.html"}
+    assert found == {
+        "curve.csv",
+        "result.json",
+        "fields.pvd",
+        "fields",
+        "curve.png",
+        "shape.png",
+        "report.html",
+    }
     with open(folder / "curve.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     pressures = [float(row["pressure [kPa]"]) for row in rows]
@@ -71,7 +81,15 @@ def test_solve_leaves_the_files_of_the_contract(deck: Deck, capsys: pytest.Captu
     result = json.loads((folder / "result.json").read_text())
     assert result["status"] == "done"
     assert {"mesh", "assembly", "linear", "contact", "total"} <= set(result["seconds"])
-    for key in ("message", "dofs", "elements", "newton_iterations", "factorizations", "versions", "mesh_hash"):
+    for key in (
+        "message",
+        "dofs",
+        "elements",
+        "newton_iterations",
+        "factorizations",
+        "versions",
+        "mesh_hash",
+    ):
         assert result[key]
     assert len(list((folder / "fields").glob("*.vtu"))) == len(rows)
     assert {path.name for path in Path(".").iterdir()} == {"deck.toml", "block.msh", "out"}

@@ -13,7 +13,9 @@ from fem_spa.units import _COMMON, quantity, show
 PINT = pint.UnitRegistry()
 
 
-@pytest.mark.parametrize("unit,written", [(u, w) for u, table in _COMMON.items() for w in table if w not in ("", "1")])
+@pytest.mark.parametrize(
+    "unit,written", [(u, w) for u, table in _COMMON.items() for w in table if w not in ("", "1")]
+)
 def test_quick_units_are_those_of_pint(unit: str, written: str) -> None:
     expected = PINT.Quantity(7.25, written).to(unit).magnitude
     assert quantity(f"7.25 {written}", unit) == pytest.approx(expected, rel=1e-14)
@@ -59,6 +61,8 @@ def test_refused_in_one_line(given: object, options: dict, words: list[str]) -> 
         assert word in str(caught.value)
 
 
-@pytest.mark.parametrize("value,unit", [(0.018, "m"), (3.2e-5, "m"), (1.1e5, "Pa"), (2e9, "Pa"), (3e-5, "m^3"), (0.0, "m")])
+@pytest.mark.parametrize(
+    "value,unit", [(0.018, "m"), (3.2e-5, "m"), (1.1e5, "Pa"), (2e9, "Pa"), (3e-5, "m^3"), (0.0, "m")]
+)
 def test_shown_values_read_back(value: float, unit: str) -> None:
     assert quantity(show(value, unit), unit) == pytest.approx(value, rel=1e-12)

@@ -1,0 +1,95 @@
+"""However a run ends, what was reached is on disk and whole."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from fem_spa.cli import main
+from fem_spa.prepare import Setup
+from fem_spa.solid.problem import StepControl
+
+Make = Callable[..., Any]
+
+
+@pytest.fixture
+def run(
+    tmp_path: Path,
+    make_problem: Make,
+    make_rows: Make,
+    make_state: Make,
+    space: Any,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Iterator[Callable[[BaseException], int]]:
+    """A run whose solver converges three steps and then raises what it is given."""
+    path = ModuleType("fem_spa.solid.path")
+    setup = Setup(
+        make_problem(), StepControl(), {"loads": {"pressure": "10 kPa"}}, {"body": "a test"}, [], 0.0
+    )
+    monkeypatch.setitem(sys.modules, "fem_spa.solid.path", path)
+    monkeypatch.setattr("fem_spa.run.prepare", lambda deck: setup)
+    monkeypatch.delenv("FEM_SPA_DEBUG", raising=False)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "deck.toml").write_text('[geometry]\nshape = "pneunet"\n[loads]\npressure = "10 kPa"\n')
+    before = signal.getsignal(signal.SIGTERM)
+
+    def ends_with(error: BaseException) -> int:
+        def solve(problem: Any, steps: Any, observers: Any) -> Any:
+            for observer in observers:
+                observer.start(problem, space)
+            for row in make_rows(5)[:3]:
+                for observer in observers:
+                    observer.iteration(row.step, row.pressure, 1, 1e-3)
+                    observer.converged(make_state(row), row, 0.2 * row.step)
+            raise error
+
+        path.solve = solve  # type: ignore[attr-defined]
+        return main(["solve", "deck.toml"])
+
+    yield ends_with
+    signal.signal(signal.SIGTERM, before)
+
+
+def reached() -> dict[str, Any]:
+    """result.json, after the other files were found whole."""
+    folder = Path("out/deck")
+    assert len((folder / "curve.csv").read_text().splitlines()) == 4
+    assert len(list((folder / "fields").glob("*.vtu"))) == 3
+    assert (folder / "fields.pvd").read_text().count("DataSet ") == 3
+    for name in ("curve.png", "shape.png", "report.html"):
+        assert (folder / name).stat().st_size > 1000
+    assert not [path for path in folder.rglob(".*")]
+    return json.loads((folder / "result.json").read_text())
+
+
+def test_interrupted(run: Callable[[BaseException], int], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(KeyboardInterrupt()) == 1
+    assert reached()["status"] == "interrupted"
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_fault_of_the_program(
+    run: Callable[[BaseException], int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(ZeroDivisionError("in the dark")) == 1
+    assert "in the dark" in reached()["message"]
+    assert "Traceback" in Path("out/deck/error.log").read_text()
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_fault_before_the_start_writes_nothing(
+    run: Callable[[BaseException], int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fails(deck: Any) -> Any:
+        raise RuntimeError("early")
+
+    monkeypatch.setattr("fem_spa.run.prepare", fails)
+    assert run(RuntimeError()) == 1
+    assert capsys.readouterr().err.count("\n") == 1 and not Path("out").exists()
