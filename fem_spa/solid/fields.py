@@ -76,6 +76,7 @@ def _average(space: Space, volume: np.ndarray, values: np.ndarray) -> np.ndarray
     weight = np.repeat(volume, 10)
     total = np.bincount(nodes, weight, space.n_nodes)
     columns = [
-        np.bincount(nodes, weight * values[..., k].ravel(), space.n_nodes) / total for k in range(values.shape[-1])
+        np.bincount(nodes, weight * values[..., k].ravel(), space.n_nodes) / total
+        for k in range(values.shape[-1])
     ]
     return np.stack(columns, axis=1)

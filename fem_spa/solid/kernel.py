@@ -39,7 +39,9 @@ def _physical_gradient(reference, inverse, dN):
     for j in range(3):
         for a in range(10):
             dN[j, a] = (
-                inverse[0, j] * reference[0, a] + inverse[1, j] * reference[1, a] + inverse[2, j] * reference[2, a]
+                inverse[0, j] * reference[0, a]
+                + inverse[1, j] * reference[1, a]
+                + inverse[2, j] * reference[2, a]
             )
 
 
@@ -100,7 +102,17 @@ def invariants(tets, inverse_jacobian, shape_gradient, displacement, J, I1, I2):
 
 @njit(cache=True, parallel=True)
 def residual(
-    tets, inverse_jacobian, weight, shape_gradient, pressure_shape, displacement, pressure, inverse_bulk, W1, W2, out
+    tets,
+    inverse_jacobian,
+    weight,
+    shape_gradient,
+    pressure_shape,
+    displacement,
+    pressure,
+    inverse_bulk,
+    W1,
+    W2,
+    out,
 ):
     """Internal forces, element by element.
 
@@ -282,9 +294,7 @@ def tangent(
             p = 0.0
             for n in range(4):
                 p += pressure_shape[q, n] * pressure[tets[e, n]]
-            _moduli(
-                F, cof, det, p, W1[e, q], W2[e, q], W11[e, q], W12[e, q], W22[e, q], A1, A2, H, A
-            )
+            _moduli(F, cof, det, p, W1[e, q], W2[e, q], W11[e, q], W12[e, q], W22[e, q], A1, A2, H, A)
             w = weight[e, q]
             for r in range(9):
                 for k in range(3):
@@ -307,7 +317,9 @@ def tangent(
             if inverse_bulk[e] != 0.0:
                 for m in range(4):
                     for n in range(m, 4):
-                        K[N_U + m, N_U + n] -= w * inverse_bulk[e] * pressure_shape[q, m] * pressure_shape[q, n]
+                        K[N_U + m, N_U + n] -= (
+                            w * inverse_bulk[e] * pressure_shape[q, m] * pressure_shape[q, n]
+                        )
         k = 0
         for row in range(N_LOCAL):
             for c in range(row, N_LOCAL):

@@ -138,7 +138,10 @@ class SuperLU:
         full = upper + triu(upper, 1).T
         try:
             self._factors = splu(
-                full.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}
+                full.tocsc(),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.01,
+                options={"SymmetricMode": True},
             )
         except RuntimeError as exc:
             raise SingularMatrix(f"the tangent cannot be factorized ({exc})") from None

@@ -43,11 +43,31 @@ class Membrane:
         _residual(self._F(displacement), self.gradient, self.weight, self.trace, self.shear, out)
         return out
 
-    def tangent(self, displacement: np.ndarray) -> np.ndarray:
-        """(k, 171) N/m, upper triangles."""
+    def tangent(self, displacement: np.ndarray, stress: np.ndarray | None = None) -> np.ndarray:
+        """(k, 171) N/m, upper triangles.
+
+        stress : (k, n_q, 2, 2) N/m to be used in the geometric part instead of that at `displacement`
+        """
+        if stress is None:
+            stress = self.stress(displacement)
         out = np.zeros((len(self.faces), 171))
-        _tangent(self._F(displacement), self.gradient, self.weight, self.trace, self.shear, out)
+        _tangent(self._F(displacement), stress, self.gradient, self.weight, self.trace, self.shear, out)
         return out
+
+    def stress(self, displacement: np.ndarray) -> np.ndarray:
+        """(k, n_q, 2, 2) N/m, second Piola-Kirchhoff stress times thickness."""
+        return self._stress_of(self.strain(displacement))
+
+    def linear_stress(self, displacement: np.ndarray, increment: np.ndarray) -> np.ndarray:
+        """The stress at displacement + increment, (n_nodes, 3) each, with the strain linear in the increment."""
+        F = self._F(displacement)
+        dF = np.einsum("fai,fqba->fqib", increment[self.faces], self.gradient)
+        change = np.einsum("fqia,fqib->fqab", F, dF)
+        return self._stress_of(self.strain(displacement) + 0.5 * (change + np.swapaxes(change, -1, -2)))
+
+    def _stress_of(self, strain: np.ndarray) -> np.ndarray:
+        trace = strain[..., 0, 0] + strain[..., 1, 1]
+        return self.shear * strain + self.trace * trace[..., None, None] * np.eye(2)
 
     def strain(self, displacement: np.ndarray) -> np.ndarray:
         """(k, n_q, 2, 2) Green strain."""
@@ -58,8 +78,9 @@ class Membrane:
         return self.frame + np.einsum("fai,fqba->fqib", displacement[self.faces], self.gradient)
 
 
-
-def make_membrane(faces: np.ndarray, points: np.ndarray, modulus: float, thickness: float, poisson: float) -> Membrane:
+def make_membrane(
+    faces: np.ndarray, points: np.ndarray, modulus: float, thickness: float, poisson: float
+) -> Membrane:
     """A sheet of `modulus` (Pa) and `thickness` (m) on the faces (k, 6) of the rest points (n_nodes, 3)."""
     weight, _, d1, d2 = triangle_rule(_ORDER)
     X = points[faces]
@@ -70,9 +91,7 @@ def make_membrane(faces: np.ndarray, points: np.ndarray, modulus: float, thickne
     area = np.linalg.norm(normal, axis=-1)
     e2 = np.cross(normal / area[..., None], e1)
     # x_xi = M_1b e_b, so that d/ds_b = (M^-1)_b,alpha d/dxi_alpha
-    M = np.stack(
-        [np.stack([np.sum(g * e, -1) for e in (e1, e2)], -1) for g in (g1, g2)], -2
-    )
+    M = np.stack([np.stack([np.sum(g * e, -1) for e in (e1, e2)], -1) for g in (g1, g2)], -2)
     inverse = np.linalg.inv(M)
     reference = np.stack([d1, d2])  # (alpha, q, a)
     gradient = np.einsum("fqba,aqn->fqbn", inverse, reference)
@@ -128,15 +147,13 @@ def _residual(F, gradient, weight, trace, shear, out):
 
 
 @njit(cache=True)
-def _tangent(F, gradient, weight, trace, shear, out):
-    E = np.empty((2, 2))
-    S = np.empty((2, 2))
+def _tangent(F, stress, gradient, weight, trace, shear, out):
     B = np.empty((3, 18))
     block = np.empty((18, 18))
     for f in range(F.shape[0]):
         block[:] = 0.0
         for q in range(F.shape[1]):
-            _stress(F[f, q], trace, shear, E, S)
+            S = stress[f, q]
             w = weight[f, q]
             for a in range(6):
                 g1 = gradient[f, q, 0, a]

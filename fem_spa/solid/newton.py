@@ -19,11 +19,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fem_spa.solid.linear import LinearSolver, SingularMatrix
-from fem_spa.solid.system import Evaluation, System, inner
+from fem_spa.solid.system import Evaluation, System, inner, norm
 
 # A factorization with its assembly costs about as much as this many iterations with kept factors; measured
 # by benchmarks/solver_speed.py, fixed here so that a run does not depend on the machine's mood.
-FACTOR_COST = 9
+FACTOR_COST = 7
+_MOST_UPDATES = 30
 
 
 @dataclass(frozen=True)
@@ -67,21 +68,23 @@ class Factors:
     gradient: np.ndarray | None = None
     schur: np.ndarray | None = None
     on_volume: np.ndarray | None = None
-    steps: list[np.ndarray] = field(default_factory=list)
-    norms: list[float] = field(default_factory=list)
-    fresh: bool = False
+    updates: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    distrust: int = 0  # solutions that shall begin with new factors, since kept ones were of no use
+    patience: int = 4
     seconds: float = 0.0
 
     @property
     def ready(self) -> bool:
         return self.solver.factorizations > 0
 
-    def renew(self, system: System, x: np.ndarray, pressure: np.ndarray, constraint: Constraint, e: Evaluation) -> None:
+    def renew(
+        self, system: System, x: np.ndarray, pressure: np.ndarray, constraint: Constraint, e: Evaluation
+    ) -> None:
         """Factorize the tangent at x."""
         data = system.tangent(x, pressure)
         started = time.perf_counter()
         self.solver.factorize(data)
-        self.steps, self.norms, self.fresh = [], [], True
+        self.updates = []
         if constraint.bordered:
             self.gradient = e.gradient
             self.border = np.array([self.solver.solve(g) for g in e.gradient])
@@ -167,72 +170,81 @@ def solve_equilibrium(
     history = [error]
     if notice:
         notice(0, error)
-    spent, iterations = 0.0, 0
+    spent, iterations, rising = 0.0, 0, 0
     if not np.isfinite(error):
-        return Equilibrium(x, pressure, e, 0, False, "an element turned inside out in the predicted state", history=history)
-    best = error
-    rising = 0
-    if constraint.bordered and factors.border is None:
+        return Equilibrium(
+            x, pressure, e, 0, False, "an element turned inside out in the predicted state", history=history
+        )
+    renew = renew_always or not factors.ready or (constraint.bordered and factors.border is None)
+    if factors.distrust > 0:
+        factors.distrust -= 1
         renew = True
-    else:
-        renew = renew_always or not factors.ready
-    factors.steps, factors.norms = [], []
-    step: np.ndarray | None = None
+    last: np.ndarray | None = None
+
+    def failed(why: str) -> Equilibrium:
+        return Equilibrium(x, pressure, e, iterations, False, why, history=history)
+
     while error > tolerance:
         if spent >= max_iterations:
-            return Equilibrium(x, pressure, e, iterations, False, "Newton's method did not converge", history=history)
+            return failed("Newton's method did not converge")
         try:
+            if not renew:
+                step = _broyden_step(factors, factors.newton_step(e.residual, value), last)
+                spent += 1.0 / FACTOR_COST
+                if last is not None:
+                    renew = _worth_renewing(norm(step) / norm(last), error, tolerance)
+                    if renew and iterations == 1:
+                        factors.distrust = factors.patience
+                        factors.patience *= 2
             if renew:
                 factors.renew(system, x, pressure, constraint, e)
                 spent += 1.0
                 step = factors.newton_step(e.residual, value)
-            else:
-                step = _broyden_step(factors, factors.newton_step(e.residual, value))
-                spent += 1.0 / FACTOR_COST
+                if last is not None and norm(step) > 2.0 * norm(last):
+                    rising += 1
+                    if rising > 1:
+                        return failed("Newton's steps grew instead of shrinking")
         except SingularMatrix as exc:
-            return Equilibrium(x, pressure, e, iterations, False, str(exc), history=history)
-        factors.steps.append(step)
-        factors.norms.append(inner(step, step))
-        x[free] += step[:n] * system.scale
+            return failed(str(exc))
+        last = step
+        increment = np.zeros_like(x)
+        increment[free] = step[:n] * system.scale
+        system.settle_layers(x, increment)
+        x += increment
         if constraint.bordered:
             pressure += step[n:] * system.stress_unit
         iterations += 1
-        previous = error
         e, value, error = evaluate()
         history.append(error)
         if notice:
             notice(iterations, error)
         if not np.isfinite(error):
-            return Equilibrium(x, pressure, e, iterations, False, "an element turned inside out", history=history)
-        if error > 1e4 * max(best, 1e-3):
-            return Equilibrium(x, pressure, e, iterations, False, "the residual grew without bound", history=history)
-        rising = rising + 1 if error > best else 0
-        if rising >= 6:
-            return Equilibrium(x, pressure, e, iterations, False, "the residual did not fall", history=history)
-        best = min(best, error)
-        renew = renew_always or _worth_renewing(error, previous, tolerance)
+            return failed("an element turned inside out")
+        renew = renew_always
+    system.settle_layers(x)
     return Equilibrium(x, pressure, e, iterations, True, cost=spent, history=history)
 
 
-def _worth_renewing(error: float, previous: float, tolerance: float) -> bool:
-    if error <= tolerance:
-        return False
-    if error >= previous:
+def _worth_renewing(contraction: float, error: float, tolerance: float) -> bool:
+    """Would more steps that shrink by `contraction` each cost more than new factors?"""
+    if contraction >= 1.0:
         return True
-    left = np.log(tolerance / error) / np.log(error / previous)
-    return bool(left > FACTOR_COST)
+    return bool(np.log(tolerance / error) / np.log(contraction) > FACTOR_COST)
 
 
-def _broyden_step(factors: Factors, z: np.ndarray) -> np.ndarray:
-    """Broyden's next step from z = -(kept inverse) residual and the steps since the factors were made."""
-    steps, norms = factors.steps, factors.norms
-    if not steps:
+def _broyden_step(factors: Factors, z: np.ndarray, last: np.ndarray | None) -> np.ndarray:
+    """Broyden's step from z = -(kept inverse) residual.
+
+    The inverse is a product (1 + w s^T / s.s) ... (kept inverse). It outlives the load step: what was learnt
+    of the tangent's change there is still nearly true here.
+    """
+    for w, s in factors.updates:
+        z = z + w * (inner(s, z) / inner(s, s))
+    if last is None or len(factors.updates) >= _MOST_UPDATES:
         return z
-    for k in range(len(steps) - 1):
-        z = z + steps[k + 1] * (inner(steps[k], z) / norms[k])
-    denominator = 1.0 - inner(steps[-1], z) / norms[-1]
-    if denominator < 0.1:  # the update would overshoot or turn round: take the unaccelerated step
-        steps.clear()
-        norms.clear()
+    denominator = 1.0 - inner(last, z) / inner(last, last)
+    if denominator < 0.1:  # the update would overshoot or turn round
         return z
-    return z / denominator
+    w = z / denominator
+    factors.updates.append((w, last))
+    return w

@@ -12,13 +12,14 @@ from fem_spa.solid.system import AXES
 class Angle:
     """Bending angle against the rest shape, followed continuously along the path (beyond 180 deg too).
 
-    "tip-face": best-fitting rotation, in the bending plane, of the tip face's corner nodes, each weighted with
-    its share of the face's area. "tangent": the same for the last tenth of the body (volume-weighted).
+    "tip-face": best-fitting rotation, in the bending plane, of the tip face's corner nodes, each
+    weighted with its share of the face's area. "tangent": the same for the last tenth of the body,
+    weighted by volume.
     "chord": rotation of the line from the base's to the tip's centroid.
 
-    The bending plane is normal to the symmetry plane's normal where a symmetry plane contains the actuator's
-    axis; without one it is the plane in which the first load step turns the tip. Positive angles turn about the
-    normal's positive direction: with y as normal, from +x towards -z.
+    The bending plane is the symmetry plane that contains the actuator's axis; without one it is the
+    plane in which the first load step turns the tip. Positive angles turn about the normal's positive
+    direction: with y as normal, from +x towards -z.
     """
 
     def __init__(self, problem: Problem, space: Space) -> None:
@@ -38,7 +39,7 @@ class Angle:
             self.base_weight = base_weight[self.base_nodes] / base_weight.sum()
             along = tip - self.base_weight @ points[self.base_nodes]
         else:
-            self.base_nodes = None
+            self.base_nodes = np.zeros(0, dtype=int)
             along = area_vector(space, "tip")
         # symmetry cuts the centroid off the plane, so the axis of the whole actuator lies in it
         for axis in problem.symmetry.values():
@@ -77,7 +78,11 @@ class Angle:
             return float("nan")
         if self.kind == "chord":
             rest = self.along[None]
-            base = self.base_weight @ (self.points + displacement)[self.base_nodes] if self.base_nodes is not None else 0
+            base = (
+                self.base_weight @ (self.points + displacement)[self.base_nodes]
+                if len(self.base_nodes)
+                else np.zeros(3)
+            )
             moved = (self.tip(displacement) - base)[None]
             for i in self.symmetry:
                 moved[:, i] = 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -58,7 +59,9 @@ class _Stop(Exception):
 
 
 class _Walk:
-    def __init__(self, problem: Problem, steps: StepControl, observers: Sequence[Observer], space: Space) -> None:
+    def __init__(
+        self, problem: Problem, steps: StepControl, observers: Sequence[Observer], space: Space
+    ) -> None:
         self.started = time.perf_counter()
         self.problem, self.steps, self.observers, self.space = problem, steps, observers, space
         loads = problem.loads
@@ -92,7 +95,10 @@ class _Walk:
         except _Stop as stop:
             status, message = stop.status, str(stop)
         except KeyboardInterrupt:
-            status, message = "interrupted", "interrupted by the user; everything up to the last converged step is here"
+            status, message = (
+                "interrupted",
+                "interrupted by the user; everything up to the last converged step is here",
+            )
         self.account()
         self.seconds["total"] = time.perf_counter() - self.started
         result = Result(
@@ -129,7 +135,8 @@ class _Walk:
             points = [np.array([(k + 1) / n]) for k in range(n)]
             self.stretch(np.zeros(1), points, lambda _: constraint, dead=True)
         else:
-            self.equilibrium = self.attempt(self.x, self.pressure, constraint, 0.0)
+            rest = self.system.evaluate(self.x, self.pressure, 0.0)
+            self.equilibrium = Equilibrium(self.x, self.pressure, rest, 0, True)
         self.keep(self.equilibrium, is_point=True)
         if self.problem.blocked and self.problem.loads.tip_displacement is None:
             self.account()
@@ -150,7 +157,9 @@ class _Walk:
         elif loads.control == "gas-mass":
             start = (self.pressure + loads.atmosphere) * volume / (loads.atmosphere * self.rest_volume)
         else:
-            raise InputError(f"control '{loads.control}' is not known; use \"pressure\", \"volume\" or \"gas-mass\"")
+            raise InputError(
+                f'control \'{loads.control}\' is not known; use "pressure", "volume" or "gas-mass"'
+            )
 
         def constraint(target: np.ndarray) -> Constraint:
             return Constraint(loads.control, target, self.rest_volume, loads.atmosphere)
@@ -163,7 +172,7 @@ class _Walk:
         """Walk straight lines from `start` through `points` (arrays of prescribed values)."""
         corners = [start, *points]
         scale = np.maximum(np.max(np.abs(np.array(corners) - start), axis=0), 1e-300)
-        lengths = [float(np.max(np.abs(b - a) / scale)) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+        lengths = [float(np.max(np.abs(b - a) / scale)) for a, b in pairwise(corners)]
         total = sum(lengths)
         if total == 0:
             return
@@ -173,7 +182,7 @@ class _Walk:
         predictor = Predictor()
         predictor.add(0.0, self.x, self.pressure)
         direction = None
-        for a, b, length in zip(corners[:-1], corners[1:], lengths, strict=True):
+        for (a, b), length in zip(pairwise(corners), lengths, strict=True):
             if length == 0:
                 continue
             new_direction = (b - a) / length
@@ -187,7 +196,9 @@ class _Walk:
                 left = length - done
                 if step > 0.75 * left or (imposed and step > left * (1 - 1e-9)):
                     step = left
-                equilibrium, step = self.advance(predictor, walked, done, step, length, a, b, constraint, dead)
+                equilibrium, step = self.advance(
+                    predictor, walked, done, step, length, a, b, constraint, dead
+                )
                 done = length if step == left else done + step
                 walked += step
                 self.x, self.pressure = equilibrium.x, equilibrium.pressure
@@ -219,7 +230,9 @@ class _Walk:
             if step < smallest:
                 raise self.give_up(equilibrium, constraint, dead)
 
-    def attempt(self, x: np.ndarray, pressure: np.ndarray, constraint: Constraint, dead_factor: float) -> Equilibrium:
+    def attempt(
+        self, x: np.ndarray, pressure: np.ndarray, constraint: Constraint, dead_factor: float
+    ) -> Equilibrium:
         step = len(self.rows)
         named = dict(zip(self.system.cavities, pressure, strict=True))
 
@@ -257,7 +270,8 @@ class _Walk:
         if not dead and self.problem.loads.control == "pressure" and self.near_limit():
             return _Stop(
                 "limit",
-                f"{reason}. The body grows without bound here: a limit point; control = \"volume\" goes on through it",
+                f"{reason}. The body grows without bound here: a limit point; "
+                'control = "volume" goes on through it',
             )
         return _Stop("diverged", f"{reason}. A finer mesh there or a smaller load may help")
 
@@ -330,8 +344,8 @@ class _Walk:
             at = ", ".join(f"{name} {1e-3 * p:.3g} kPa" for name, p in self.touch.items())
             where = ", ".join(f"{1e3 * c:.0f}" for c in place)
             self.warnings.append(
-                f"Walls touch at {at}, near ({where}) mm. Contact is not modelled, so beyond that pressure they pass "
-                "through one another and the curve is not to be trusted."
+                f"Walls touch at {at}, near ({where}) mm. Contact is not modelled, so beyond that pressure "
+                "they pass through one another and the curve is not to be trusted."
             )
             self.walls = None
         self.seconds["contact"] += time.perf_counter() - started

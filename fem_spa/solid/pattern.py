@@ -122,7 +122,7 @@ def _scatter(local, indptr, indices):
 
 @njit(cache=True)
 def add_blocks(where, blocks, n_blocks, data):
-    """data[where[e, k]] += blocks[e, k]. In order, so that the sum does not depend on the number of threads."""
+    """data[where[e, k]] += blocks[e, k], in order: the sum does not depend on the number of threads."""
     for e in range(n_blocks):
         for k in range(where.shape[1]):
             data[where[e, k]] += blocks[e, k]

@@ -70,10 +70,14 @@ def build_space(mesh: TaggedMesh) -> Space:
     region = np.full(len(mesh.tets), -1)
     for i, name in enumerate(names):
         if np.any(region[mesh.volumes[name]] >= 0):
-            raise InputError(f"volume '{name}' shares elements with another volume; each element needs just one")
+            raise InputError(
+                f"volume '{name}' shares elements with another volume; each element needs just one"
+            )
         region[mesh.volumes[name]] = i
     if np.any(region < 0):
-        raise InputError(f"{np.sum(region < 0)} elements are in no named volume; name all of them in the mesh")
+        raise InputError(
+            f"{np.sum(region < 0)} elements are in no named volume; name all of them in the mesh"
+        )
     order = np.argsort(region, kind="stable")
     region = region[order]
     tets = mesh.tets[order]
@@ -102,14 +106,16 @@ def build_space(mesh: TaggedMesh) -> Space:
         value, derivative = element.lbasis(xi, a)
         shape[:, a] = value
         gradient[:, :, a] = derivative.T
-    pressure_shape = np.stack([ElementTetP1().lbasis(xi, a)[0] * np.ones(xi.shape[1]) for a in range(4)], axis=1)
+    pressure_shape = np.stack(
+        [ElementTetP1().lbasis(xi, a)[0] * np.ones(xi.shape[1]) for a in range(4)], axis=1
+    )
     determinant = mapping.detDF(xi)
     if not np.all(determinant > 0):
         worst = int(np.argmin(determinant.min(axis=1)))
         where = ", ".join(f"{1e3 * c:.2f}" for c in points[dofs[worst, :4]].mean(axis=0))
         raise InputError(
-            f"element {order[worst]} at ({where}) mm is inverted or flat (Jacobian {determinant[worst].min():.2e} m^3); "
-            "mesh finer or mend the geometry there"
+            f"element {order[worst]} at ({where}) mm is inverted or flat "
+            f"(Jacobian {determinant[worst].min():.2e} m^3); mesh finer or mend the geometry there"
         )
     inverse = np.ascontiguousarray(np.moveaxis(mapping.invDF(xi), (0, 1), (2, 3)))
     weight = np.ascontiguousarray(pressure_basis.dx)

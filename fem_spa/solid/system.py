@@ -20,8 +20,8 @@ import numpy as np
 from fem_spa.errors import InputError
 from fem_spa.solid import kernel, pattern
 from fem_spa.solid.cavity import Cavity, triangle_rule
-from fem_spa.solid.membrane import make_membrane
 from fem_spa.solid.invariants import stretches
+from fem_spa.solid.membrane import make_membrane
 from fem_spa.solid.problem import Problem
 from fem_spa.solid.space import Space
 
@@ -90,19 +90,27 @@ class System:
             origin[AXES[axis]] = space.points[space.surfaces[surface][:, :3].ravel(), AXES[axis]].mean()
         self._cavities = [Cavity(space.surfaces[f"cavity {name}"], origin) for name in self.cavities]
         self._membranes = [
-            make_membrane(space.surfaces[f"layer {name}"], space.points, layer.modulus, layer.thickness, layer.poisson)
+            make_membrane(
+                space.surfaces[f"layer {name}"], space.points, layer.modulus, layer.thickness, layer.poisson
+            )
             for name, layer in problem.layers.items()
         ]
+        self._layer_stress: list[np.ndarray] | None = None
         self._face_dofs = [_face_dofs(c.faces) for c in self._cavities]
         self._layer_dofs = [_face_dofs(m.faces) for m in self._membranes]
         self._face_where = [pattern.scatter_map(self.pattern, d) for d in self._face_dofs]
         self._layer_where = [pattern.scatter_map(self.pattern, d) for d in self._layer_dofs]
 
+        # below this, forces are rounding errors of the stiffest part
+        sheet = max((m.trace + m.shear for m in self._membranes), default=0.0)
+        self._force_floor = self.length_unit * max(1e-4 * self.stress_unit * self.length_unit, 1e-5 * sheet)
         shape = space.weight.shape
         self._inverse_bulk = np.zeros(len(space.tets))
         for name, material in zip(space.region_names, self.region_materials, strict=True):
             self._inverse_bulk[space.region_slices[name]] = 1.0 / material.bulk
-        self._J, self._I1, self._I2 = np.empty(shape), np.empty(shape), np.empty(shape)
+        self._J: np.ndarray = np.ones(shape)
+        self._I1: np.ndarray = np.full(shape, 3.0)
+        self._I2: np.ndarray = np.full(shape, 3.0)
         self._W = np.zeros((5, *shape))
         self._forces = np.empty((len(space.tets), kernel.N_LOCAL))
         self._blocks = np.empty((min(_BATCH, len(space.tets)), kernel.N_UPPER))
@@ -170,9 +178,7 @@ class System:
         self.reaction = force  # of held unknowns: what the support exerts
         free = self.pattern.free
         out = force[free] * self.scale / self.energy_unit
-        error_u = norm(force[self._free_u]) / max(
-            internal, 1e-6 * self.stress_unit * self.length_unit**2
-        )
+        error_u = norm(force[self._free_u]) / max(internal, self._force_floor)
         error_p = norm(force[self.n_u :]) / self._volume_norm
         error = float(max(error_u, error_p))
         if j_min <= 0 or not np.isfinite(error):
@@ -202,13 +208,18 @@ class System:
                 u,
                 p,
                 self._inverse_bulk,
-                *self._W,
+                self._W[0],
+                self._W[1],
+                self._W[2],
+                self._W[3],
+                self._W[4],
                 self._blocks,
             )
             pattern.add_blocks(self._where[first:last], self._blocks, last - first, data)
         displacement = self.displacement(x)
-        for membrane, where in zip(self._membranes, self._layer_where, strict=True):
-            pattern.add_blocks(where, membrane.tangent(displacement), len(where), data)
+        stresses = self._layer_stress or [None] * len(self._membranes)
+        for membrane, where, stress in zip(self._membranes, self._layer_where, stresses, strict=True):
+            pattern.add_blocks(where, membrane.tangent(displacement, stress), len(where), data)
         position = s.points + displacement
         for pressure, cavity, where in zip(cavity_pressure, self._cavities, self._face_where, strict=True):
             if pressure != 0.0:
@@ -216,6 +227,21 @@ class System:
         out = data[:-1] * self._entry_scale
         self.seconds["assembly"] += time.perf_counter() - started
         return out
+
+    def settle_layers(self, x: np.ndarray, increment: np.ndarray | None = None) -> None:
+        """Fix the layers' stress that the next tangents use: that at x or, linearly, at x + increment.
+
+        A Newton step that turns a stiff sheet stretches it in second order, and the tangent at that stretch
+        throws the next step far off. With the stress as an unknown of its own (mixed integration points;
+        Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech. Engrg. 313, 2017) only the geometric part
+        of the tangent changes, the residual and the limit of the iteration do not.
+        """
+        u = self.displacement(x)
+        if increment is None:
+            self._layer_stress = [m.stress(u) for m in self._membranes]
+        else:
+            du = self.displacement(increment)
+            self._layer_stress = [m.linear_stress(u, du) for m in self._membranes]
 
     def max_stretch(self) -> tuple[float, int]:
         """Largest principal stretch at a quadrature point of the state last evaluated, and its element."""
@@ -275,7 +301,9 @@ class System:
         if any(loads.gravity):
             for name, material in zip(s.region_names, self.region_materials, strict=True):
                 if material.density is None:
-                    raise InputError(f"gravity acts, but materials.{name} has no density; give density = \"1080 kg/m^3\"")
+                    raise InputError(
+                        f'gravity acts, but materials.{name} has no density; give density = "1080 kg/m^3"'
+                    )
                 part = s.region_slices[name]
                 nodal = material.density * (s.weight[part] @ s.shape)
                 for i in range(3):

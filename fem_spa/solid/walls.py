@@ -49,7 +49,7 @@ class Walls:
         return None if pair < 0 else corners[order][pair].mean(axis=0)
 
     def first_crossing(self, before: np.ndarray, after: np.ndarray) -> float:
-        """Fraction between two shapes (n_nodes, 3), the first clean and the second not, at which walls first touch."""
+        """Fraction between two shapes (n_nodes, 3), clean and not, at which walls first touch."""
         lo, hi = 0.0, 1.0
         for _ in range(7):
             middle = 0.5 * (lo + hi)
@@ -81,7 +81,9 @@ def _first_crossing(triangles, position, low, high, axis):
                         shared = True
             if shared:
                 continue
-            if _pierces(triangles[a], triangles[b], position) or _pierces(triangles[b], triangles[a], position):
+            if _pierces(triangles[a], triangles[b], position) or _pierces(
+                triangles[b], triangles[a], position
+            ):
                 return a
     return -1
 
