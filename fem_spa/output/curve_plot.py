@@ -12,8 +12,11 @@ import numpy as np
 
 from fem_spa.output.files import write_whole
 from fem_spa.output.style import ACCENT, GREY, SECOND, WARN, figure, tidy
-from fem_spa.output.words import number
+from fem_spa.output.words import number, pressures
 from fem_spa.solid.problem import Problem, Result, Row
+
+PATH = "length of the load path [kPa]"
+"""The abscissa where the pressures of several cavities do not keep one ratio."""
 
 
 def write_curve(path: Path, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
@@ -29,18 +32,30 @@ def write_curve(path: Path, problem: Problem, result: Result, rows: Sequence[Row
     volume = problem.loads.control != "pressure"
     force = bool(rows) and rows[-1].force is not None
     panels = max(1, int(angles or not (volume or force)) + int(volume) + int(force))
-    drawing = figure(1.0 + 5.6 * panels if panels > 1 else 7.2, 4.6)
-    axes = list(np.atleast_1d(drawing.subplots(1, panels)))
-    if not rows:
-        axes[0].text(
-            0.5, 0.5, "no load step converged", ha="center", va="center", transform=axes[0].transAxes
-        )
-    elif angles or not (volume or force):
-        _angle_over_pressure(axes.pop(0), problem, result, rows)
-    if rows and force:
-        _force_over_pressure(axes.pop(0), problem, result, rows)
-    if rows and volume:
-        _pressure_over_volume(axes.pop(0), problem, rows)
+    split = (
+        panels == 1
+        and angles
+        and len(problem.mesh.cavities) > 1
+        and _abscissa(problem, result, rows)[1] == PATH
+    )
+    drawing = figure(1.0 + 5.6 * panels if panels > 1 else 7.2, 5.6 if split else 4.6)
+    if split:
+        upper, lower = drawing.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.2))
+        _angle_over_pressure(upper, problem, result, rows)
+        upper.set_xlabel("")
+        _pressures(lower, problem, result, rows)
+    else:
+        axes = list(np.atleast_1d(drawing.subplots(1, panels)))
+        if not rows:
+            axes[0].text(
+                0.5, 0.5, "no load step converged", ha="center", va="center", transform=axes[0].transAxes
+            )
+        elif angles or not (volume or force):
+            _angle_over_pressure(axes.pop(0), problem, result, rows)
+        if rows and force:
+            _force_over_pressure(axes.pop(0), problem, result, rows)
+        if rows and volume:
+            _pressure_over_volume(axes.pop(0), problem, rows)
     buffer = io.BytesIO()
     drawing.savefig(buffer, format="png", dpi=150)
     write_whole(path, buffer.getvalue())
@@ -76,7 +91,7 @@ def _abscissa(problem: Problem, result: Result, rows: Sequence[Row]) -> tuple[np
     place = None
     if touch is not None:
         place = float(length[int(np.argmin(np.linalg.norm(table - touch, axis=1)))])
-    return length, "length of the load path [kPa]", place
+    return length, PATH, place
 
 
 def _line(
@@ -99,12 +114,12 @@ def _line(
         )
 
 
-def _touch_line(axes: Any, place: float | None, falls: bool = False) -> None:
+def _touch_line(axes: Any, result: Result, place: float | None, falls: bool = False) -> None:
     """Where walls touch for the first time: what comes after is without contact.
 
     `falls` : the curve goes down, so that the room for words is at the other end
     """
-    if place is None:
+    if place is None or result.touch_pressure is None:
         return
     low, high = axes.get_xlim()
     axes.axvline(place, color=WARN, linewidth=1.3, linestyle="--", zorder=2)
@@ -112,7 +127,7 @@ def _touch_line(axes: Any, place: float | None, falls: bool = False) -> None:
     axes.set_xlim(low, max(high, place))
     early = place < 0.5 * (low + high)
     axes.annotate(
-        f"walls touch at {number(place, 3)} kPa:\nfrom here on without contact",
+        f"walls touch at {pressures(result.touch_pressure)}:\nfrom here on without contact",
         (place, 0.97 if early != falls else 0.03),
         xycoords=("data", "axes fraction"),
         xytext=(6 if early else -6, 0),
@@ -157,29 +172,20 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     axes.set_title(f"Angle over pressure, {len(rows)} steps{words.get(result.status, '')}")
     axes.margins(y=0.12)
     tidy(axes)
-    if len(problem.mesh.cavities) > 1 and "path" in label:
-        _pressures_below(axes, problem, x, rows)
-    _touch_line(axes, touch, bool(y[-1] < 0.0))
+    _touch_line(axes, result, touch, bool(y[-1] < 0.0))
 
 
-def _pressures_below(axes: Any, problem: Problem, x: np.ndarray, rows: Sequence[Row]) -> None:
-    """Pressures of every cavity on a second scale, where one abscissa cannot say them."""
-    right = axes.twinx()
-    styles = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)))
-    for number_, name in enumerate(problem.mesh.cavities):
+def _pressures(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
+    """The pressure of every cavity along the path, where one abscissa cannot say them."""
+    x, label, _ = _abscissa(problem, result, rows)
+    styles = ("-", "--", ":", "-.")
+    for i, name in enumerate(problem.mesh.cavities):
         y = [row.pressure[name] / 1e3 for row in rows]
-        right.plot(
-            [0.0, *x],
-            [0.0, *y],
-            linestyle=styles[number_ % 4],
-            color=GREY,
-            linewidth=1.3,
-            label=f"{name} [kPa]",
-        )
-    right.set_ylabel("pressure [kPa]", color=GREY)
-    right.tick_params(colors=GREY)
-    right.spines["top"].set_visible(False)
-    right.legend(loc="upper left", frameon=False, fontsize=9, labelcolor=GREY)
+        axes.plot(x, y, linestyle=styles[i % 4], color=GREY if i else SECOND, linewidth=1.6, label=name)
+    axes.set_xlabel(label)
+    axes.set_ylabel("pressure [kPa]")
+    axes.legend(frameon=False, fontsize=9)
+    tidy(axes)
 
 
 def _force_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
@@ -190,7 +196,7 @@ def _force_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     axes.set_ylabel("force of the held tip [N]")
     axes.set_title("Force over pressure")
     tidy(axes)
-    _touch_line(axes, touch)
+    _touch_line(axes, result, touch)
 
 
 def _pressure_over_volume(axes: Any, problem: Problem, rows: Sequence[Row]) -> None:
