@@ -468,7 +468,7 @@ class Manufactured:
         if np.isfinite(self.bulk):
             return self.bulk * (np.linalg.det(self.gradient(X)) - 1)
         a, b, c = np.moveaxis(np.asarray(X) / SIDE, -1, 0)
-        return _MU * (0.3 * np.sin(2.0 * a + b) - 0.5 * np.cos(1.5 * c - 0.7 * b))
+        return _MU * (0.15 * np.sin(2.0 * a + b) - 0.25 * np.cos(1.5 * c - 0.7 * b))
 
     def stress(self, X: np.ndarray) -> np.ndarray:
         """P = 2 W1 J^-2/3 (F - I1/3 F^-T) + p J F^-T, written anew, Pa."""
