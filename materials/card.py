@@ -123,7 +123,10 @@ def parse_card(table: Mapping[str, Any], where: str, path: Path | None = None) -
     if not isinstance(table.get("law"), str):
         raise MaterialError(f'{where}: `law` is missing; write for example law = "yeoh"')
     try:
-        found = law(table["law"])
+        named = str(table["law"])
+        if named.endswith(".py") and path is not None:
+            named = str(path.parent / named)
+        found = law(named)
     except MaterialError as error:
         raise MaterialError(f"{where}: {error}") from None
     rows = _table(table, "parameters", where)

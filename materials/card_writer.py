@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,15 @@ from materials.card import Card
 HEAD = "# Material card of fem_spa; format: docs/materials.md\n"
 
 
-def card_toml(card: Card) -> str:
-    """The text of `card`; `load_card` reads the same card back. Moduli are written in MPa."""
-    lines = [HEAD, f"name = {_value(card.name)}", f"law = {_value(card.law.name)}"]
+def card_toml(card: Card, folder: Path | None = None) -> str:
+    """The text of `card`; `load_card` reads the same card back. Moduli are written in MPa.
+
+    folder : where it will lie; a user's law is named by its path from there
+    """
+    law = card.law.name
+    if card.law.file:
+        law = card.law.file if folder is None else os.path.relpath(card.law.file, folder.resolve())
+    lines = [HEAD, f"name = {_value(card.name)}", f"law = {_value(law)}"]
     if card.density is not None:
         lines.append(f'density = "{card.density:.6g} kg/m^3"')
     lines.append('bulk = "inf"' if math.isinf(card.bulk) else f'bulk = "{card.bulk / 1e6:.9g} MPa"')
@@ -41,7 +48,7 @@ def write_card(card: Card, path: str | Path) -> Path:
     """Write `card` to `path` (folders are made); returns the path."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(card_toml(card), encoding="utf-8")
+    path.write_text(card_toml(card, path.parent), encoding="utf-8")
     return path
 
 

@@ -206,7 +206,7 @@ def fit(
     ----------
     start : free parameters to start from (a cross-validation fold starts from the whole fit)
     reach : greatest I1 - 3 that the law must bear; default that of `data`
-    thorough : many starts for laws with several minima
+    thorough : many starts for laws with several minima, and to the last digit
 
     Raises
     ------
@@ -303,7 +303,7 @@ def _search(
     rough = []
     for s in starts:
         try:
-            rough.append(run(variables.variables(s), 1e-8, 40 if len(starts) > 1 else 200))
+            rough.append(run(variables.variables(s), *((1e-6, 30) if len(starts) > 1 else (1e-9, 60))))
         except (ValueError, np.linalg.LinAlgError):
             continue
     if not rough:
@@ -311,5 +311,7 @@ def _search(
             f"{variant.name}: no fit found from {len(starts)} starts; is the law right for these tests?"
         )
     rough.sort(key=lambda pair: pair[0])
-    ends = [run(v, 1e-14, 400) for _, v in rough[: 2 if thorough and start is None else 1]]
+    if not thorough:
+        return variables.values(rough[0][1])
+    ends = [run(v, 1e-14, 400) for _, v in rough[: 2 if start is None else 1]]
     return variables.values(min(ends, key=lambda pair: pair[0])[1])

@@ -25,7 +25,7 @@ def ogden_starts(
     ----------
     count : number of terms, 1 to 3
     stretches : (3, n); stress, Pa, (n,); weight, 1/Pa, (n,)
-    thorough : eight starts instead of three
+    thorough : six starts instead of three
     """
     log = np.log(stretches)
     columns = []
@@ -53,6 +53,6 @@ def ogden_starts(
         floor = 1e-6 * max(float(m.max()), 1e-12)
         pairs = [(2.0 * max(v, floor) / EXPONENTS[k], EXPONENTS[k]) for v, k in zip(m, index, strict=True)]
         starts.append(np.array(pairs).ravel())
-        if len(starts) >= (8 if thorough else 3):
+        if len(starts) >= (6 if thorough else 3):
             break
     return starts

@@ -189,8 +189,12 @@ def detail(row: Ranked, data: Data, asked: Mapping[str, tuple[float, float]]) ->
 def instability(row: Ranked, asked: Mapping[str, tuple[float, float]], tested: Sequence[str]) -> str:
     """The sentence that names where a fit is unstable, first the modes that were not tested."""
     parts = []
+    if all(b - a < 0.01 for a, b in row.stable_ranges.values()):
+        parts.append("every mode, from rest on")
     for mode in sorted(MODES, key=lambda m: m in tested):
         (a, b), (low, high) = row.stable_ranges[mode], asked[mode]
+        if b - a < 0.01 and parts:
+            continue
         if a > low:
             parts.append(f"{mode} below stretch {a:.2f}")
         if b < high:

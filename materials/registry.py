@@ -18,7 +18,14 @@ STIFFEST = 1e11
 
 
 def law(name: str) -> Law:
-    """The law called `name`; MaterialError with the nearest right name otherwise."""
+    """The law called `name`, or in the file `name` (ends in .py, see materials.user_law).
+
+    MaterialError with the nearest right name otherwise.
+    """
+    if name.endswith(".py"):
+        from materials.user_law import load_law
+
+        return load_law(name)
     if name not in LAWS:
         raise MaterialError(f'law "{name}" is not known; {allowed(name, LAWS)}')
     return LAWS[name]

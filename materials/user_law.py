@@ -69,6 +69,7 @@ def load_law(path: str | Path) -> Law:
         optional=dict(getattr(module, "optional", {})),
         limits=dict(getattr(module, "limits", {})),
         by_parameter=getattr(module, "by_parameter", None),
+        file=str(path.resolve()),
         starts=_starts(parameters, example, module.derivatives),
     )
     check_law(law, example, where)

@@ -36,6 +36,7 @@ class Law:
     linear : whether the stress is linear in the free parameters
     data_limits : (greatest I1 - 3 of the tests) -> name -> (low, high), tighter than `limits`
     starts : (mu in Pa, greatest I1 - 3) -> parameter sets from which a search begins
+    file : of a user's law, the .py file that it came from
     """
 
     name: str
@@ -53,6 +54,7 @@ class Law:
     linear: bool = False
     data_limits: Callable[[float], dict[str, tuple[float, float]]] | None = None
     starts: Callable[[float, float], list[dict[str, float]]] | None = None
+    file: str = ""
 
 
 # The laws' own modules import `Law` from here, so they come after it.
