@@ -59,7 +59,7 @@ class Membrane:
         return self._stress_of(self.strain(displacement))
 
     def linear_stress(self, displacement: np.ndarray, increment: np.ndarray) -> np.ndarray:
-        """The stress at displacement + increment, (n_nodes, 3) each, with the strain linear in the increment."""
+        """The stress at displacement + increment, each (n_nodes, 3), the strain linear in the increment."""
         F = self._F(displacement)
         dF = np.einsum("fai,fqba->fqib", increment[self.faces], self.gradient)
         change = np.einsum("fqia,fqib->fqab", F, dF)

@@ -217,7 +217,7 @@ class System:
             )
             pattern.add_blocks(self._where[first:last], self._blocks, last - first, data)
         displacement = self.displacement(x)
-        stresses = self._layer_stress or [None] * len(self._membranes)
+        stresses = self._layer_stress or [m.stress(displacement) for m in self._membranes]
         for membrane, where, stress in zip(self._membranes, self._layer_where, stresses, strict=True):
             pattern.add_blocks(where, membrane.tangent(displacement, stress), len(where), data)
         position = s.points + displacement
