@@ -127,8 +127,8 @@ def _touch_line(axes: Any, result: Result, place: float | None, falls: bool = Fa
     axes.set_xlim(low, max(high, place))
     early = place < 0.5 * (low + high)
     axes.annotate(
-        f"walls touch at {pressures(result.touch_pressure)}:\nfrom here on without contact",
-        (place, 0.97 if early != falls else 0.03),
+        f"walls touch at\n{pressures(result.touch_pressure, 3)};\nbeyond: without contact",
+        (place, 0.97 if early != falls else 0.14),
         xycoords=("data", "axes fraction"),
         xytext=(6 if early else -6, 0),
         textcoords="offset points",

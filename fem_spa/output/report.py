@@ -72,7 +72,7 @@ def _tiles(problem: Problem, result: Result) -> str:
         tiles.append(("force of the held tip", f"{number(last.force)} N"))
     tiles.append(("largest stretch in the rubber", f"{number(last.max_stretch, 3)} times"))
     if result.touch_pressure:
-        tiles.append(("walls first touch at", pressures(result.touch_pressure)))
+        tiles.append(("walls first touch at", pressures(result.touch_pressure, 3)))
     tiles.append(("enclosed air", f"{number(last.volume * 1e6)} ml"))
     cells = "".join(
         f"<div><strong>{_text(value)}</strong><span>{_text(label)}</span></div>" for label, value in tiles

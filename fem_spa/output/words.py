@@ -27,13 +27,13 @@ def number(value: float, digits: int = 4) -> str:
     return f"{value:.{digits}g}"
 
 
-def pressures(values: Mapping[str, float]) -> str:
+def pressures(values: Mapping[str, float], digits: int = 4) -> str:
     """Pressures in kPa: "20 kPa", or "slow 40 kPa, fast 20 kPa"."""
     if len(values) == 1:
-        return f"{number(next(iter(values.values())) / 1e3)} kPa"
+        return f"{number(next(iter(values.values())) / 1e3, digits)} kPa"
     if len(values) > 1 and len({f"{value:.9g}" for value in values.values()}) == 1:
-        return f"{number(next(iter(values.values())) / 1e3)} kPa in {', '.join(values)}"
-    return ", ".join(f"{name} {number(value / 1e3)} kPa" for name, value in values.items())
+        return f"{number(next(iter(values.values())) / 1e3, digits)} kPa in {', '.join(values)}"
+    return ", ".join(f"{name} {number(value / 1e3, digits)} kPa" for name, value in values.items())
 
 
 def millimetres_cubed(volume: float) -> str:
@@ -75,9 +75,8 @@ def verdict(problem: Problem, result: Result, rows: Sequence[Row]) -> str:
             f"{head}: reached {pressures(last.pressure)} of {end_wanted(problem)}; there {outcome(last)}."
         )
     if result.touch_pressure:
-        sentence += (
-            f" Without contact: from {pressures(result.touch_pressure)} on walls pass through one another."
-        )
+        first = pressures(result.touch_pressure, 3)
+        sentence += f" Without contact: walls pass through one another from {first} on."
     peak = highest(rows)
     if peak is not None:
         sentence += f" The pressure had its highest value, {pressures(peak.pressure)}, on the way."
@@ -98,7 +97,7 @@ def touch(result: Result) -> str | None:
     if not result.touch_pressure:
         return None
     return (
-        f"Walls touch from {pressures(result.touch_pressure)} on. This version has no contact mechanics: "
+        f"Walls touch from {pressures(result.touch_pressure, 3)} on. This version has no contact mechanics: "
         "beyond that pressure the curve is that of walls which pass through one another."
     )
 
