@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
-import signal
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -73,14 +72,7 @@ def _run(words: list[str]) -> int:
     arguments = parser.parse_args(words)
     if arguments.command is None or module is None:
         parser.error(f"a command is needed: {', '.join(SUMMARIES)}")
-    if hasattr(signal, "SIGTERM"):
-        signal.signal(signal.SIGTERM, _interrupt)
     return int(module.run(arguments))
-
-
-def _interrupt(*_: object) -> None:
-    """A polite end from outside counts as Ctrl-C: what was reached stays whole."""
-    raise KeyboardInterrupt
 
 
 def _wrong_input(error: Exception) -> bool:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import threading
 import time
 import traceback
 from collections.abc import Sequence
@@ -102,6 +104,7 @@ def _solve(setup: Setup, folder: ResultFolder, observers: Sequence[Any]) -> Resu
     """The solver's result; an interruption or a fault of the program keeps what was reached."""
     from fem_spa.solid.path import solve
 
+    listen()
     try:
         return solve(setup.problem, setup.steps, observers)
     except KeyboardInterrupt:
@@ -112,6 +115,24 @@ def _solve(setup: Setup, folder: ResultFolder, observers: Sequence[Any]) -> Resu
         if not folder.started:
             raise
         return _fault(setup, folder)
+
+
+def listen() -> None:
+    """Let Ctrl-C and a polite end from outside raise KeyboardInterrupt, so that what was reached stays whole.
+
+    Set here, after meshing: gmsh takes the system's own handlers of both. A signal that the caller's
+    shell ignores stays ignored; outside the main thread nothing is set.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    for name in ("SIGINT", "SIGTERM"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, interrupt)
 
 
 def _fault(setup: Setup, folder: ResultFolder) -> Result:

@@ -38,7 +38,7 @@ def run(
     monkeypatch.delenv("FEM_SPA_DEBUG", raising=False)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "deck.toml").write_text('[geometry]\nshape = "pneunet"\n[loads]\npressure = "10 kPa"\n')
-    before = signal.getsignal(signal.SIGTERM)
+    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
 
     def ends_with(error: BaseException) -> int:
         def solve(problem: Any, steps: Any, observers: Any) -> Any:
@@ -54,7 +54,8 @@ def run(
         return main(["solve", "deck.toml"])
 
     yield ends_with
-    signal.signal(signal.SIGTERM, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 def reached() -> dict[str, Any]:
