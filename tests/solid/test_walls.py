@@ -1,0 +1,127 @@
+"""Walls that pass through one another are seen; walls that do not are left in peace."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_spa.solid.path import solve
+from fem_spa.solid.problem import Loads, Problem, StepControl
+from fem_spa.solid.space import build_space
+from fem_spa.solid.walls import Walls
+
+MM = 1e-3
+GAP = 1 * MM
+
+
+@pytest.fixture(scope="module")
+def fork(verification):
+    """Two arms of 4 mm, 1 mm apart, on a common back; the lower one holds a void close to the gap."""
+    v = verification
+    grid = [
+        MM * np.array([0.0, 3, 8, 13, 16]),
+        MM * np.array([0.0, 3, 8, 11]),
+        MM * np.array([0.0, 1, 3, 4, 5, 7, 9]),
+    ]
+    mesh = v.box(
+        grid,
+        voids={
+            "main": (MM * np.array([3.0, 3, 1]), MM * np.array([13.0, 8, 3])),
+            "slot": (MM * np.array([3.0, 0, 4]), MM * np.array([16.0, 11, 5])),
+        },
+        names={"x0": "base"},
+    )
+    surfaces = dict(mesh.surfaces)
+    del surfaces["cavity slot"]
+    return replace(mesh, surfaces=surfaces)
+
+
+@pytest.fixture(scope="module")
+def fork_problem(verification, fork):
+    def problem(pressure):
+        return Problem(fork, {"body": verification.material("yeoh")}, Loads([{"main": pressure}]))
+
+    return problem
+
+
+def gap(space, displacement):
+    """Least distance along z between the two sides of the slot, by their nodes (they do not slide much)."""
+    now = space.points + displacement
+    z = space.points[:, 2]
+    lower = np.flatnonzero((np.abs(z - 4 * MM) < 1e-9) & (space.points[:, 0] > 3.1 * MM))
+    upper = np.flatnonzero((np.abs(z - 5 * MM) < 1e-9) & (space.points[:, 0] > 3.1 * MM))
+    return min(
+        float(np.min(np.abs(now[upper, 2] - now[n, 2])[close]))
+        if np.any(close := np.linalg.norm(now[upper, :2] - now[n, :2], axis=1) < 1.2 * MM)
+        else np.inf
+        for n in lower
+    )
+
+
+def test_clean_state_raises_no_alarm(fork, fork_problem):
+    # catches neighbours, edges and touching corners of a sound mesh taken for a crossing
+    space = build_space(fork)
+    assert Walls(space, {}).cross(space.points) is None
+    rng = np.random.default_rng(1)
+    assert Walls(space, {}).cross(space.points + 0.05 * MM * rng.standard_normal(space.points.shape)) is None
+    result = solve(fork_problem(3e3))
+    assert result.status == "done" and result.warnings == [] and result.touch_pressure is None
+
+
+@pytest.mark.parametrize("closing", [0.99, 1.01])
+def test_arms_pushed_onto_one_another(fork, closing):
+    # catches a crossing missed or seen too soon, to a hundredth of the gap
+    space = build_space(fork)
+    walls = Walls(space, {})
+    X = space.points
+    upper = (X[:, 2] > 4.5 * MM) & (X[:, 0] > 3.1 * MM)
+    shift = np.zeros_like(X)
+    # tilted, so that no face lies in another's plane
+    shift[upper, 2] = -closing * GAP * (X[upper, 0] / X[:, 0].max()) ** 2
+    shift[upper, 0] = 0.013 * MM
+    shift[upper, 1] = 0.017 * MM
+    place = walls.cross(X + shift)
+    if closing < 1:
+        assert place is None
+    else:
+        assert place is not None
+        assert place[0] > 10 * MM and abs(place[2] - 4 * MM) < 1 * MM
+        far = shift.copy()
+        far[upper, 2] *= 3
+        assert 1 / 3 * 0.98 < walls.first_crossing(X, X + far) < 1 / 3 * 1.05
+
+
+def test_symmetry_plane_is_a_wall(half_finger):
+    # catches a half body that passes through its own mirror image
+    space = build_space(half_finger)
+    walls = Walls(space, {"symmetry": "y"})
+    assert walls.cross(space.points) is None
+    moved = space.points.copy()
+    node = int(np.argmin(np.linalg.norm(moved - MM * np.array([6.0, 4.0, 6.0]), axis=1)))
+    moved[node, 1] = -0.1 * MM
+    place = walls.cross(moved)
+    assert place is not None and np.linalg.norm(place - moved[node]) < 1e-9
+
+
+def test_touching_pressure_lies_between_the_right_steps(fork, fork_problem):
+    # catches a touch reported late, early, or for the wrong step
+    from fem_spa.solid.observe import KeepStates
+
+    keep = KeepStates()
+    result = solve(fork_problem(3e4), StepControl(imposed_steps=20), [keep])
+    assert result.status == "done", result.message
+    assert len(result.warnings) == 1
+    assert "kPa" in result.warnings[0] and "touch" in result.warnings[0]
+    space = build_space(fork)
+    walls = Walls(space, {})
+    crossed = [walls.cross(space.points + s.displacement) is not None for s in keep.states]
+    first = crossed.index(True)
+    assert first > 1 and all(crossed[first:])
+    touch = result.touch_pressure["main"]
+    assert result.rows[first - 1].pressure["main"] < touch <= result.rows[first].pressure["main"]
+    finer = solve(fork_problem(3e4), StepControl(imposed_steps=80))
+    assert finer.touch_pressure["main"] == pytest.approx(touch, rel=0.02)
+    # an independent look: the gap's nodes come close just there
+    gaps = [gap(space, s.displacement) for s in keep.states]
+    assert gaps[0] == pytest.approx(GAP, rel=1e-9)
+    assert gaps[first - 1] < 0.5 * GAP
