@@ -77,9 +77,20 @@ def check(s: Specimen, said_stretch: bool, bare_strain: bool) -> Specimen:
     if np.ptp(p) == 0:
         raise MaterialError(f"{s.name}: the stress is {p[0]:g} Pa all along: is it in another column?")
     _check_origin(s, said_stretch)
+    _check_steps(s)
     _check_signs(s)
     _check_modulus(s)
     return _cut_rupture(s)
+
+
+def _check_steps(s: Specimen) -> None:
+    """A measured stress does not rise by the same amount from row to row; a time or a set strain does."""
+    steps = np.diff(s.stress)
+    if s.stress.size >= 8 and np.std(steps) < 1e-4 * abs(float(np.mean(steps))):
+        raise MaterialError(
+            f"{s.name}: the stress changes by exactly {float(np.mean(steps)):g} Pa from row to row: "
+            "is that column a time or a strain, and the stress in another one?"
+        )
 
 
 def _check_origin(s: Specimen, said_stretch: bool) -> None:

@@ -195,10 +195,10 @@ def instability(row: Ranked, asked: Mapping[str, tuple[float, float]], tested: S
         (a, b), (low, high) = row.stable_ranges[mode], asked[mode]
         if b - a < 0.01 and parts:
             continue
-        if a > low:
-            parts.append(f"{mode} below stretch {a:.2f}")
         if b < high:
-            parts.append(f"{mode} above stretch {b:.2f}")
+            parts.append(f"{mode} above stretch {b:.2f}" + (f" (and below {a:.2f})" if a > low else ""))
+        elif a > low:
+            parts.append(f"{mode} below stretch {a:.2f}")
     also = (
         f" though it follows the {' and '.join(tested)} test with R2 = {row.fit.r2:.4f}"
         if row.fit.r2 > 0.9

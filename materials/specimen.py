@@ -162,16 +162,16 @@ def outliers(s: Specimen, width: int = 4, strength: float = 8.0) -> Array:
 
 
 def _robust_poly(x: Array, y: Array, degree: int) -> float:
-    """Value at 0 of a polynomial through (x, y) by a few reweighted least squares (Cauchy weights)."""
+    """Value at 0 of a polynomial through (x, y) by a few reweighted least squares (Geman-McClure weights)."""
     span = float(np.max(np.abs(x))) or 1.0
     A = np.vander(x / span, degree + 1)
     w = np.ones_like(y)
     c = np.zeros(degree + 1)
-    for _ in range(6):
+    for _ in range(10):
         c = np.linalg.lstsq(A * w[:, None], y * w, rcond=None)[0]
         r = np.abs(y - A @ c)
         scale = 2.0 * float(np.median(r)) + 1e-12 * (float(np.max(np.abs(y))) or 1.0)
-        w = 1.0 / np.sqrt(1.0 + (r / scale) ** 2)
+        w = 1.0 / (1.0 + (r / scale) ** 2)
     return float(c[-1])
 
 
@@ -220,8 +220,8 @@ def find_toe(s: Specimen, bins: int = 24) -> Toe | None:
 
 
 def without_toe(s: Specimen, toe: Toe) -> Specimen:
-    """The rows past the toe, stretches counted from the true rest length."""
+    """The rows past the toe, strains counted from the true rest (ASTM D638: the origin is moved)."""
     keep = s.stretch >= toe.end
     note = f"{s.name}: toe up to stretch {toe.end:.3f} left out, rest moved by {100 * (toe.rest - 1):+.1f} %"
     picked = s.pick(keep, note)
-    return replace(picked, stretch=picked.stretch / toe.rest)
+    return replace(picked, stretch=picked.stretch - (toe.rest - 1.0))
