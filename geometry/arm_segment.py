@@ -68,7 +68,7 @@ class ArmSegment(Shape):
         r_o, r_i, offset = self.chamber_outer_radius, self.chamber_inner_radius, self.chamber_offset
         if r_o - r_i < 0.02 * r_o:
             raise refusal(
-                f"arm-segment: chamber_inner_radius = {millimetres(r_i)}, chamber_outer_radius = {millimetres(r_o)}",
+                f"arm-segment: chamber_inner_radius = {millimetres(r_i)}, outer = {millimetres(r_o)}",
                 "a wall of at least a fiftieth of the outer radius",
                 "radii swapped" if r_o < r_i else "",
             )

@@ -112,14 +112,14 @@ class Bellow(Shape):
             raise refusal(
                 f"bellow: outer_diameter = {millimetres(self.outer_diameter)}, inner_diameter = "
                 f"{millimetres(self.inner_diameter)}",
-                f"an outer diameter above inner diameter + 2 wall = {millimetres(self.inner_diameter + 2 * self.wall)}",
+                f"an outer diameter above {millimetres(self.inner_diameter + 2 * self.wall)}, inner + 2 wall",
                 "no room is left for convolutions",
                 "a thinner wall or diameters further apart",
             )
         if self.turn > math.pi / 2 * (1 + 1e-9):
             raise refusal(
-                f"bellow: convolutions = {self.convolutions} in {millimetres(self.convoluted_height)}",
-                f"a flank at least {millimetres(self.peak - self.valley)} high; it is {millimetres(self.flank)}",
+                f"bellow: {self.convolutions} convolutions in {millimetres(self.convoluted_height)}",
+                f"flanks of {millimetres(self.peak - self.valley)} or more; now {millimetres(self.flank)}",
                 "flanks would lean over their neighbours",
                 "fewer convolutions, more height or diameters nearer to each other",
             )

@@ -9,16 +9,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geometry.cad import Named, Parts, split
+from geometry.cad import Named
 from geometry.errors import GeometryError, millimetres, refusal
-from geometry.session import MM
+from geometry.session import session, silence
 from geometry.tagged import TaggedMesh
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
 MOST_ELEMENTS = 3_000_000
 HXT, DELAUNAY = 10, 1  # gmsh's numbers of its algorithms for volumes
+ATTEMPTS = ((8, HXT), (16, HXT), (16, DELAUNAY), (32, HXT), (32, DELAUNAY))
+"""Elements a full turn of a round wall, and algorithm: tried in turn until the mesh is good.
+
+Two curved elements a quarter turn at least: below that a round wall loses more than 1 % of its area.
+"""
+GOOD = 0.01
+"""gmsh's signed inverse condition number that ends the attempts."""
 
 # gmsh's ten-node tet ends with the edges 23, 13; ours (VTK) with 13, 23
 GMSH_TET10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
@@ -69,36 +76,57 @@ def estimate_elements(volume: float, area: float, size: float) -> float:
     return volume / (0.10 * size**3) + 1.5 * area / (0.433 * size**2)
 
 
-def mesh_parts(
-    gmsh: Any, parts: Parts, size: float, order: int, source: str
-) -> tuple[TaggedMesh, CadMeasure]:
-    """Cut, name and mesh what a shape has drawn (in mm)."""
-    return mesh_named(gmsh, split(gmsh, parts), size, order, source, scale=MM)
-
-
 def mesh_named(
-    gmsh: Any, named: Named, size: float, order: int, source: str, scale: float
+    build: Callable[[Any], tuple[Named, float]], size: float, order: int, source: str
 ) -> tuple[TaggedMesh, CadMeasure]:
-    """Mesh the named entities of the current model.
+    """Build a model in gmsh, mesh it, and take the mesh out; with finer round walls where that fails.
+
+    Every attempt has a gmsh of its own, as gmsh refuses to mesh again after a failure.
 
     Parameters
     ----------
-    named : volumes and surfaces by name
+    build : draws or imports into the gmsh it is given; returns volumes and surfaces by name, and the
+        metres a unit of the model
     size : element size, m
     order : 1 or 2
-    scale : metres a unit of the model
+    source : the model in words
 
     Raises
     ------
     GeometryError
         where the mesh would be larger than three million elements, or gmsh fails
     """
+    words = ""
+    for number, (per_turn, algorithm) in enumerate(ATTEMPTS):
+        last = number == len(ATTEMPTS) - 1
+        with session() as gmsh:
+            named, scale = build(gmsh)
+            cad = _measure(gmsh, named, scale, order)
+            _check_count(cad, size)
+            try:
+                with silence():  # gmsh's Delaunay code prints, past General.Terminal
+                    worst = _mesh(gmsh, size / scale, order, per_turn, algorithm, repair=number > 1)
+            except Exception as error:  # gmsh raises plain Exception
+                words = str(error)
+                continue
+            if worst > GOOD or (last and worst > -1.0):
+                return _extract(gmsh, named, order, source, scale), cad
+    raise GeometryError(
+        f"no good tets of it ({words or 'inverted elements'}); likely cause: elements too coarse "
+        f"for a thin round wall; try: an element size below {millimetres(size)}"
+    )
+
+
+def _measure(gmsh: Any, named: Named, scale: float, order: int) -> CadMeasure:
     mass = gmsh.model.occ.getMass
-    cad = CadMeasure(
+    return CadMeasure(
         volumes={n: sum(mass(3, t) for t in tags) * scale**3 for n, tags in named.volumes.items()},
         areas={n: sum(mass(2, t) for t in tags) * scale**2 for n, tags in named.surfaces.items()},
         curved=order == 2,
     )
+
+
+def _check_count(cad: CadMeasure, size: float) -> None:
     expected = estimate_elements(sum(cad.volumes.values()), sum(cad.areas.values()), size)
     if expected > MOST_ELEMENTS:
         coarser = size * (expected / MOST_ELEMENTS) ** 0.5
@@ -108,50 +136,44 @@ def mesh_named(
             "an element size far below the thinnest wall",
             f"{millimetres(coarser)} or more",
         )
+
+
+def _mesh(gmsh: Any, size: float, order: int, per_turn: int, algorithm: int, repair: bool) -> float:
+    """One attempt, at an element size in the model's unit: the quality of the worst element, -1 for none.
+
+    Elements that curving has turned over are repaired only where told so: finer round walls are quicker.
+    """
     option = gmsh.option.setNumber
-    option("Mesh.MeshSizeMax", size / scale)
+    option("Mesh.MeshSizeMax", size)
     option("Mesh.MeshSizeMin", 0.0)
     option("Mesh.MeshSizeFromPoints", 0)
     option("Mesh.MeshSizeExtendFromBoundary", 1)
-    # two curved elements a quarter turn at least: below that a round wall loses more than 1 % of its area
-    option("Mesh.MeshSizeFromCurvature", 8)
+    option("Mesh.MeshSizeFromCurvature", per_turn)
+    option("Mesh.Algorithm3D", algorithm)
     option("Mesh.Optimize", 1)
     option("Mesh.ElementOrder", 1)
     option("Mesh.SecondOrderLinear", 0)
-    _generate(gmsh)
-    if order == 2:
-        gmsh.model.mesh.setOrder(2)
-        _straighten_out(gmsh)
-    return _extract(gmsh, named, order, source, scale), cad
-
-
-def _generate(gmsh: Any) -> None:
-    """Straight tets by HXT, by Delaunay where HXT gives up; slivers are repaired by Netgen's optimizer."""
-    gmsh.option.setNumber("Mesh.Algorithm3D", HXT)
-    try:
-        gmsh.model.mesh.generate(3)
-    except Exception:  # gmsh raises plain Exception
-        gmsh.model.mesh.clear()
-        gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY)
-        gmsh.model.mesh.generate(3)
-    tags, _ = gmsh.model.mesh.getElementsByType(4)
-    if len(tags) and float(np.min(gmsh.model.mesh.getElementQualities(tags, "gamma"))) < 0.1:
+    option("Mesh.HighOrderThresholdMin", 0.1)
+    gmsh.model.mesh.generate(3)
+    if _worst(gmsh, 4, "gamma") < 0.1:
         gmsh.model.mesh.optimize("Netgen")
-
-
-def _straighten_out(gmsh: Any) -> None:
-    """Let gmsh move the middle nodes where an element became bad by being curved."""
-    tags, _ = gmsh.model.mesh.getElementsByType(11)
-    worst = gmsh.model.mesh.getElementQualities(tags, "minSJ")
-    if len(worst) and float(np.min(worst)) < 0.1:
-        gmsh.option.setNumber("Mesh.HighOrderThresholdMin", 0.1)
+    if order == 1:
+        return _worst(gmsh, 4, "minSICN")
+    gmsh.model.mesh.setOrder(2)
+    worst = _worst(gmsh, 11, "minSJ")
+    if worst < 0.1 and (repair or worst > 0):
         gmsh.model.mesh.optimize("HighOrder")
+    return _worst(gmsh, 11, "minSICN")
+
+
+def _worst(gmsh: Any, kind: int, measure: str) -> float:
+    """gmsh's quality of the worst element of a type; -1 where there is none."""
+    tags, _ = gmsh.model.mesh.getElementsByType(kind)
+    return float(np.min(gmsh.model.mesh.getElementQualities(tags, measure))) if len(tags) else -1.0
 
 
 def _extract(gmsh: Any, named: Named, order: int, source: str, scale: float) -> TaggedMesh:
     node_tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    if not len(node_tags):
-        raise GeometryError("gmsh made no mesh; try another element size")
     row = np.full(int(node_tags.max()) + 1, -1, dtype=np.int64)
     row[node_tags.astype(np.int64)] = np.arange(len(node_tags))
     tet_type, tet_nodes, tri_type, tri_nodes = (11, 10, 9, 6) if order == 2 else (4, 4, 2, 3)

@@ -35,7 +35,7 @@ _OPTIONS: dict[str, float] = {
 def silence() -> Iterator[None]:
     """Keep what C++ code writes to file descriptor 1 from the terminal.
 
-    OpenCASCADE's STEP reader prints there, past gmsh's option General.Terminal.
+    OpenCASCADE's STEP reader and gmsh's Delaunay code print there, past gmsh's option General.Terminal.
     """
     sys.stdout.flush()
     kept = os.dup(1)

@@ -9,7 +9,7 @@ from geometry.errors import millimetres, refusal
 from geometry.parameters import check_ranges, parameters
 
 if TYPE_CHECKING:
-    from geometry.cad import Parts
+    from geometry.cad import Named, Parts
     from geometry.tagged import TaggedMesh
 
 
@@ -84,16 +84,19 @@ class Shape:
         GeometryError
             where sizes, element size or order are out of range, or the mesh does not pass
         """
+        from geometry.cad import split
         from geometry.checks import check
-        from geometry.mesher import check_request, mesh_parts
-        from geometry.session import session
+        from geometry.mesher import check_request, mesh_named
+        from geometry.session import MM
 
         self.validate()
         size = self.default_size if size is None else size
         check_request(size, order, self.extent)
-        with session() as gmsh:
-            parts = self._draw(gmsh)
-            mesh, cad = mesh_parts(gmsh, parts, size, order, self.describe())
+
+        def build(gmsh: Any) -> tuple[Named, float]:
+            return split(gmsh, self._draw(gmsh)), MM
+
+        mesh, cad = mesh_named(build, size, order, self.describe())
         check(mesh, surfaces=self.surface_names(), volumes=self.volume_names(), cad=cad)
         return mesh
 

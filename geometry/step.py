@@ -30,31 +30,39 @@ def mesh_step(
         where the file is damaged, has no solid, or a name is not found again in the geometry
     """
     text = read_step_text(path)
+    # OpenCASCADE turns the file's unit into mm whatever it is
+    scale = MM if unit is None else MM * unit / text.unit
     with session() as gmsh:
-        try:
-            with silence():
-                gmsh.model.occ.importShapes(str(path))
-            gmsh.model.occ.synchronize()
-        except Exception as error:  # gmsh raises plain Exception
-            raise GeometryError(
-                f"{path.name}: not a readable STEP file ({error}); likely cause: a damaged file; "
-                "try: export it again as STEP AP214 or AP242"
-            ) from error
-        if not gmsh.model.getEntities(3):
-            raise refusal(
-                f"{path.name}: no solid",
-                "at least one solid",
-                "a damaged file, or surfaces that were not joined",
-                "make a solid of it in the CAD program",
-            )
-        # OpenCASCADE turns the file's unit into mm whatever it is
-        scale = MM if unit is None else MM * unit / text.unit
+        _import(gmsh, path)
         corners = gmsh.model.getBoundingBox(-1, -1)
-        extent = max(corners[k + 3] - corners[k] for k in range(3)) * scale
-        size = extent / 20 if size is None else size
-        check_request(size, order, extent)
-        named = _named(gmsh, path, text)
-        return mesh_named(gmsh, named, size, order, f"file {path.name}", scale)
+    extent = max(corners[k + 3] - corners[k] for k in range(3)) * scale
+    size = extent / 20 if size is None else size
+    check_request(size, order, extent)
+
+    def build(gmsh: Any) -> tuple[Named, float]:
+        _import(gmsh, path)
+        return _named(gmsh, path, text), scale
+
+    return mesh_named(build, size, order, f"file {path.name}")
+
+
+def _import(gmsh: Any, path: Path) -> None:
+    try:
+        with silence():
+            gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+    except Exception as error:  # gmsh raises plain Exception
+        raise GeometryError(
+            f"{path.name}: not a readable STEP file ({error}); likely cause: a damaged file; "
+            "try: export it again as STEP AP214 or AP242"
+        ) from error
+    if not gmsh.model.getEntities(3):
+        raise refusal(
+            f"{path.name}: no solid",
+            "at least one solid",
+            "a damaged file, or surfaces that were not joined",
+            "make a solid of it in the CAD program",
+        )
 
 
 def _named(gmsh: Any, path: Path, text: StepText) -> Named:

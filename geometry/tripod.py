@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from geometry.errors import millimetres, refusal
@@ -86,7 +87,7 @@ class Tripod(Shape):
 
     def _relations(self) -> None:
         radii = ("duct_inner_radius", "duct_outer_radius", "support_radius", "outer_radius")
-        for inner, outer in zip(radii[:-1], radii[1:], strict=True):
+        for inner, outer in pairwise(radii):
             if getattr(self, outer) - getattr(self, inner) < 2e-4:
                 raise refusal(
                     f"tripod: {inner} = {millimetres(getattr(self, inner))}",
@@ -95,7 +96,7 @@ class Tripod(Shape):
         if self.outer_radius - self.outer_wall - self.support_radius < 1e-4:
             raise refusal(
                 f"tripod: outer_wall = {millimetres(self.outer_wall)}",
-                f"less than outer_radius - support_radius = {millimetres(self.outer_radius - self.support_radius)}",
+                f"less than {millimetres(self.outer_radius - self.support_radius)}, the room outside it",
                 "no room is left for air outside the support",
             )
         if self.chamber_length - 2 * self.lateral_wall < 1e-4:

@@ -8,8 +8,8 @@ and the slanted first and last chamber (where the paper presses PLA connectors i
 layer, of the same rubber and part of the volume `body`, lies under the joints at z = 0.
 
 Printed: length 134, width 16, height 13, chamber wall 0.6, fold angle 45 deg, layer 0.5 to 2 mm, 13 g.
-Not printed, chosen: 23 chambers, 7.75 mm wide along x, ends of 1.2 mm; these give the length and
-(1.2 g/cm^3, layer of 0.5 mm) about the printed mass. T2 and T6 are in a figure that is not at hand:
+Not printed, chosen: 23 chambers, 4.5 mm wide along x, ends of 2.825 mm; they make the printed length, and
+folds more than half as deep as the actuator is high. T2 and T6 are in a figure that is not at hand:
 write them as a pattern.
 """
 
@@ -45,8 +45,8 @@ class Zigzag(Shape):
     height: float = length(13e-3, "outer height without the limiting layer", symbol="H")
     wall: float = length(0.6e-3, "wall of the chambers", symbol="t")
     fold_angle: float = angle(45 * _DEG, "angle between consecutive chambers", 10 * _DEG, 90 * _DEG)
-    chamber_width: float = length(7.75e-3, "outer width of a chamber along x (chosen: makes L = 134 mm)")
-    end_wall: float = length(1.2e-3, "solid end before the first and behind the last joint (chosen)")
+    chamber_width: float = length(4.5e-3, "outer width of a chamber along x (chosen: makes L = 134 mm)")
+    end_wall: float = length(2.825e-3, "solid end before the first and behind the last joint (chosen)")
     layer: float = length(0.0, "thickness of the limiting layer; 0: none (linear)", low=0.0, symbol="s")
     layer_pattern: str = pattern(
         "1",

