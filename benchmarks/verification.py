@@ -537,9 +537,7 @@ def surface_load(space: Space, surface: str, stress: Place) -> np.ndarray:
     area = np.cross(np.einsum("fai,qa->fqi", corner, d1), np.einsum("fai,qa->fqi", corner, d2))
     load = np.einsum("fqij,fqj->fqi", stress(np.einsum("fai,qa->fqi", corner, value)), area)
     out = np.zeros(space.n_dofs)
-    np.add.at(
-        out[: 3 * space.n_nodes].reshape(-1, 3), faces, np.einsum("q,fqi,qa->fai", weight, load, value)
-    )
+    np.add.at(out[: 3 * space.n_nodes].reshape(-1, 3), faces, np.einsum("q,fqi,qa->fai", weight, load, value))
     return out
 
 
@@ -646,9 +644,13 @@ def line(*cells: object) -> str:
 
 def main() -> None:
     started = time.perf_counter()
-    versions = ", ".join(f"{p} {importlib.metadata.version(p)}" for p in ("numpy", "scipy", "scikit-fem", "numba"))
+    versions = ", ".join(
+        f"{p} {importlib.metadata.version(p)}" for p in ("numpy", "scipy", "scikit-fem", "numba")
+    )
     print("# Verification of the solver\n")
-    print("What `python benchmarks/verification.py > docs/verification.md` prints; tests/solid holds the same")
+    print(
+        "What `python benchmarks/verification.py > docs/verification.md` prints; tests/solid holds the same"
+    )
     print("cases to the bounds given here.\n")
     print(
         f"{datetime.date.today()}, {platform.system()} {platform.machine()}, {os.cpu_count()} cores, "
@@ -661,15 +663,26 @@ def main() -> None:
     for check in closed_forms():
         print(line(check.case, check.measure, check.elements, f"{check.error:.1e}", f"{check.bound:g}"))
         sys.stdout.flush()
-    print("\nThe tube's pressure enters as its exact nominal traction, a dead load; the bar is compared with the")
+    print(
+        "\nThe tube's pressure enters as its exact nominal traction, a dead load; the bar is compared with the"
+    )
     print("one-dimensional solution, exact for a slender bar. Block and tube: curved where the shape is.\n")
     print("## Manufactured solutions\n")
-    print("Two successive smooth shears (det F = 1) and a smooth pressure, Yeoh's law; with finite bulk modulus")
-    print("(20 mu) a dilation after them and p = K (J - 1). Relative L2 errors; orders 3 and 2 are best possible.\n")
+    print(
+        "Two successive smooth shears (det F = 1) and a smooth pressure, Yeoh's law; with finite bulk modulus"
+    )
+    print(
+        "(20 mu) a dilation after them and p = K (J - 1). Relative L2 errors; orders 3 and 2 are best possible.\n"
+    )
     for title, bulk, curved, cells in (
         ("Incompressible, straight tets, one side under traction", math.inf, False, (3, 6, 9, 12)),
         ("Incompressible, curved tets, one side under traction", math.inf, True, (3, 6, 9, 12)),
-        ("Bulk modulus 20 mu, straight tets, displacement given on all sides", 20 * _MU, False, (3, 6, 9, 12)),
+        (
+            "Bulk modulus 20 mu, straight tets, displacement given on all sides",
+            20 * _MU,
+            False,
+            (3, 6, 9, 12),
+        ),
     ):
         print(f"{title}:\n")
         print(line("cells a side", "error of u", "order", "error of p", "order"))
@@ -681,9 +694,15 @@ def main() -> None:
         sys.stdout.flush()
     print("## Another code on the same mesh\n")
     if evidence_mesh().exists():
-        print("Six-chamber fast module, half, h = 3 mm, straight tets, no contact; body Yeoh 0.11/0.02 MPa, lowest")
-        print("millimetre neo-Hooke C10 2.2 MPa. Angle of the tip in degrees: the other code and ours with the tip's")
-        print("corner nodes weighing the same, and the product's own `angle`, in which each weighs its area.\n")
+        print(
+            "Six-chamber fast module, half, h = 3 mm, straight tets, no contact; body Yeoh 0.11/0.02 MPa, lowest"
+        )
+        print(
+            "millimetre neo-Hooke C10 2.2 MPa. Angle of the tip in degrees: the other code and ours with the tip's"
+        )
+        print(
+            "corner nodes weighing the same, and the product's own `angle`, in which each weighs its area.\n"
+        )
         print(line("kPa", "other code", "ours", "difference", "`angle`"))
         print(line("---:", "---:", "---:", "---:", "---:"))
         for pressure, other, same, own in fast_module():
@@ -704,9 +723,7 @@ def main() -> None:
 def backend() -> str:
     """Name of the linear solver in use."""
     mesh = box([even(0, SIDE, 1)] * 3)
-    system = System(
-        Problem(mesh, {"body": material("yeoh")}, Loads([]), fixed=("x0",)), build_space(mesh)
-    )
+    system = System(Problem(mesh, {"body": material("yeoh")}, Loads([]), fixed=("x0",)), build_space(mesh))
     return make_solver(system.pattern).name
 
 

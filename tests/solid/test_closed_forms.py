@@ -65,7 +65,9 @@ def test_pressure_on_all_sides(verification, bulk):
     K = np.inf if bulk == "incompressible" else 4e6
     rng = np.random.default_rng(7)
     mesh = v.box([v.even(0, 10 * MM, 2)] * 3)
-    inside = np.setdiff1d(np.arange(len(mesh.points)), np.concatenate([f.ravel() for f in mesh.surfaces.values()]))
+    inside = np.setdiff1d(
+        np.arange(len(mesh.points)), np.concatenate([f.ravel() for f in mesh.surfaces.values()])
+    )
     mesh.points[inside] += 0.3 * MM * rng.standard_normal((len(inside), 3))
     wall = np.vstack([mesh.surfaces[s] for s in ("x1", "y1", "z1")])
     bent = np.setdiff1d(wall, np.concatenate([mesh.surfaces[s].ravel() for s in ("x0", "y0", "z0")]))

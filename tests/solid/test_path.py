@@ -10,7 +10,7 @@ from fem_spa.solid.path import solve
 from fem_spa.solid.problem import Layer, Loads, StepControl
 
 MM = 1e-3
-END = {"near": 2.0e4, "far": 1.2e4}
+END = {"near": 1.0e5, "far": 6.0e4}
 
 
 def run(problem, **steps):
@@ -38,7 +38,7 @@ def same(a, b, relative):
 def reference(finger_problem):
     """Full Newton, automatic steps, to END; the angle is large enough to mean something."""
     result = run(finger_problem(Loads([END])), renew_always=True, tolerance=1e-9)
-    assert abs(result[0].rows[-1].angle) > np.radians(10)
+    assert abs(result[0].rows[-1].angle) > np.radians(2)
     return result
 
 
@@ -74,7 +74,7 @@ def test_order_of_the_cavities_does_not_matter(finger_problem, reference):
     # catches cavities mixed up, and a state that remembers its path
     far_last = run(finger_problem(Loads([{"near": END["near"], "far": 0.0}, END])))
     far_first = run(finger_problem(Loads([{"near": 0.0, "far": END["far"]}, END])))
-    detour = run(finger_problem(Loads([{"near": 2.5e4, "far": 2e4}, END])))
+    detour = run(finger_problem(Loads([{"near": 1.1e5, "far": 8e4}, END])))
     for found in (far_last, far_first, detour):
         same(found, reference, 1e-6)
     assert far_last[0].rows[-1].pressure == END
@@ -108,7 +108,7 @@ def test_whole_and_half_body(finger_problem, half_finger, mirrored, tip):
     loads = Loads(
         [END],
         gravity=(0.0, 0.0, -9.81),
-        tip_displacement=(-1 * MM, 0.0, -2 * MM) if tip == "prescribed" else None,
+        tip_displacement=(0.5 * MM, 0.0, -2 * MM) if tip == "prescribed" else None,
         tip_force=(0.0, 0.0, -0.5) if tip == "pushed" else (0.0, 0.0, 0.0),
     )
     options = {
@@ -145,9 +145,7 @@ def test_reaction_of_the_blocked_tip_balances_the_push_that_frees_it(finger_prob
 
     space = build_space(problem.mesh)
     energy = [stored_energy(problem, space, s) for s in (states[-1], more.states[-1])]
-    done_by_air = sum(
-        END[c] * (more.states[-1].cavity_volume[c] - states[-1].cavity_volume[c]) for c in END
-    )
+    done_by_air = sum(END[c] * (more.states[-1].cavity_volume[c] - states[-1].cavity_volume[c]) for c in END)
     # dE = work of the air - work done on the holder
     work_on_holder = mean[2] * (-0.02 * MM)
     assert energy[1] - energy[0] == pytest.approx(done_by_air - work_on_holder, rel=1e-3)
@@ -175,7 +173,7 @@ def test_blocked_tip_stays(finger_problem, half_finger):
 
     space = build_space(problem.mesh)
     tip = np.unique(space.surfaces["tip"])
-    np.testing.assert_array_equal(states[0].displacement[tip], states[-1].displacement[tip])
+    np.testing.assert_allclose(states[0].displacement[tip], states[-1].displacement[tip], atol=1e-12)
     assert states[0].displacement[tip, 2].mean() < -1e-6
     assert result.rows[0].force == pytest.approx(0.0, abs=1e-6)
     assert result.rows[-1].force > 0.01

@@ -89,9 +89,7 @@ def test_tangent_is_the_slope_of_the_force(cube_system, random_state, slopes, de
     system = cube_system(name, BULKS[bulk])
     x = random_state(system, 12)
     K = dense(system.pattern, system.tangent(x, np.zeros(0))[: system.pattern.nnz])
-    found = list(
-        slopes(lambda y: system.evaluate(x + y * system.scale, np.zeros(0), 1.0).residual, len(K))
-    )
+    found = list(slopes(lambda y: system.evaluate(x + y * system.scale, np.zeros(0), 1.0).residual, len(K)))
     n = system.n_u
     # block by block: a small block must not hide behind a large one
     assert closest(K[:n, :n], [f[:n, :n] for f in found]) < GOOD
@@ -178,8 +176,12 @@ def void(verification):
 def wavy(X):
     """A smooth map that bends every face."""
     x, y, z = np.moveaxis(X / (12 * MM), -1, 0)
-    return 12 * MM * np.stack(
-        [x + 0.1 * np.sin(3 * y) + 0.05 * z * z, 1.2 * y + 0.1 * x * z, z - 0.1 * np.cos(4 * x)], axis=-1
+    return (
+        12
+        * MM
+        * np.stack(
+            [x + 0.1 * np.sin(3 * y) + 0.05 * z * z, 1.2 * y + 0.1 * x * z, z - 0.1 * np.cos(4 * x)], axis=-1
+        )
     )
 
 
@@ -229,8 +231,7 @@ def test_cavity_gradient_and_hessian(void, slopes, closest):
     one = Cavity(faces[:1], cavity.origin)
     gradient = one.gradient(place)[0]
     found = [
-        s[0] / unit
-        for s in slopes(lambda y: np.array([one.volume(each(y))]), 18, steps=(1e-2, 1e-3, 1e-4))
+        s[0] / unit for s in slopes(lambda y: np.array([one.volume(each(y))]), 18, steps=(1e-2, 1e-3, 1e-4))
     ]
     assert closest(gradient, found) < GOOD
     hessian = np.zeros((18, 18))
@@ -249,7 +250,9 @@ def test_cavity_gradient_and_hessian(void, slopes, closest):
 def sheet(verification):
     """faces and points of a flat layer at z = 5 mm of a block."""
     v = verification
-    mesh = v.box([v.even(0, 10 * MM, 2), v.even(0, 10 * MM, 2), v.even(0, 10 * MM, 2)], layers={"paper": 5 * MM})
+    mesh = v.box(
+        [v.even(0, 10 * MM, 2), v.even(0, 10 * MM, 2), v.even(0, 10 * MM, 2)], layers={"paper": 5 * MM}
+    )
     space = build_space(mesh)
     return space.surfaces["layer paper"], space.points
 
@@ -270,8 +273,7 @@ def test_membrane_force_and_tangent(sheet, slopes, closest):
 
     force = one.residual(u)[0]
     found = [
-        s[0] / unit
-        for s in slopes(lambda y: np.array([one.energy(each(y))]), 18, steps=(1e-3, 1e-4, 1e-5))
+        s[0] / unit for s in slopes(lambda y: np.array([one.energy(each(y))]), 18, steps=(1e-3, 1e-4, 1e-5))
     ]
     assert closest(force, found) < GOOD
     tangent = np.zeros((18, 18))
