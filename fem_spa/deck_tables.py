@@ -165,3 +165,4 @@ class SolverTable(BaseModel):
     imposed_steps: Count | None = None
     tolerance: Annotated[float, Field(gt=0.0, le=1e-3)] = 1e-8
     max_iterations: Annotated[int, Field(strict=True, ge=3, le=200)] = 15
+    stop_at_touch: Annotated[bool, Field(strict=True)] = False

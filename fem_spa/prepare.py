@@ -74,7 +74,9 @@ def prepare(deck: Deck) -> Setup:
         blocked=deck.observe.blocked,
     )
     solver = deck.solver
-    steps = StepControl(solver.imposed_steps, solver.tolerance, solver.max_iterations)
+    steps = StepControl(
+        solver.imposed_steps, solver.tolerance, solver.max_iterations, stop_at_touch=solver.stop_at_touch
+    )
     bare = [name for name in mesh.layers if name not in deck.layers]
     warnings = [
         f"The mesh has a surface 'layer {name}', but the deck has no [layers.{name}]: it carries no membrane."

@@ -343,6 +343,8 @@ class _Walk:
             self.touch = {name: last[name] + part * (pressure[name] - last[name]) for name in pressure}
             at = ", ".join(f"{name} {1e-3 * p:.3g} kPa" for name, p in self.touch.items())
             where = ", ".join(f"{1e3 * c:.0f}" for c in place)
+            if self.steps.stop_at_touch:
+                raise _Stop("done", f"walls touch at {at}, near ({where}) mm; as asked, the path ends there")
             self.warnings.append(
                 f"Walls touch at {at}, near ({where}) mm. Contact is not modelled, so beyond that pressure "
                 "they pass through one another and the curve is not to be trusted."

@@ -105,6 +105,7 @@ class StepControl:
     tolerance : dimensionless residual at which a step counts as converged
     max_iterations : Newton iterations after which a step is cut
     min_fraction : smallest increment, as a fraction of the stretch between two load points
+    stop_at_touch : end the path before the step in which walls would pass through one another
     renew_always : factorize at every iteration: full Newton, quadratic to the end, and slower
     """
 
@@ -112,6 +113,7 @@ class StepControl:
     tolerance: float = 1e-8
     max_iterations: int = 15
     min_fraction: float = 1e-4
+    stop_at_touch: bool = False
     renew_always: bool = False
 
 
