@@ -194,7 +194,7 @@ def material(name: str, bulk: float = math.inf, density: float | None = None) ->
 
 
 def rotation(rest: np.ndarray, now: np.ndarray) -> float:
-    """Angle of the best-fitting rotation between two sets of points (n, 2), rad, each point weighing the same."""
+    """Angle of the best-fitting rotation between two equally weighted sets of points (n, 2), rad."""
     a, b = rest - rest.mean(axis=0), now - now.mean(axis=0)
     return math.atan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
 
@@ -204,7 +204,7 @@ def rotation(rest: np.ndarray, now: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Check:
-    """case : what was solved;  measure : of what the error is;  error, bound : relative, `error < bound` wanted"""
+    """case : what was solved;  measure : of what the error is;  error, bound : relative"""
 
     case: str
     measure: str
@@ -271,7 +271,7 @@ def flexure(name: str, degrees: float, cells: tuple[int, int] = (4, 12), steps: 
 
 
 def sphere_pressure(inner: float, outer: float, volume: float, modulus: float) -> float:
-    """Pressure of a thick neo-Hookean sphere (C10 = modulus, Pa) that encloses `volume`: int W'/(l^3 - 1) dl."""
+    """Pressure of a thick neo-Hookean sphere (C10 = modulus) that encloses `volume`: int W'/(l^3 - 1) dl."""
     la = (volume * 3 / 4 / math.pi) ** (1 / 3) / inner
     lb = (1 + (inner / outer) ** 3 * (la**3 - 1)) ** (1 / 3)
     return quad(lambda l: modulus * (4 * l - 4 * l**-5) / (l**3 - 1), lb, la, epsrel=1e-11)[0]
@@ -588,7 +588,7 @@ def evidence_mesh() -> Path:
 
 
 def fast_module() -> list[tuple[float, float, float, float]]:
-    """A row a pressure: Pa, the other code's angle, ours by the same measure, ours weighted with area; deg."""
+    """A row a pressure: Pa; in deg the other code's angle, ours by its measure, ours weighted with area."""
     from geometry.files import read_mesh
 
     mesh = read_mesh(evidence_mesh(), "mm")
@@ -663,17 +663,13 @@ def main() -> None:
     for check in closed_forms():
         print(line(check.case, check.measure, check.elements, f"{check.error:.1e}", f"{check.bound:g}"))
         sys.stdout.flush()
-    print(
-        "\nThe tube's pressure enters as its exact nominal traction, a dead load; the bar is compared with the"
-    )
+    print("\nThe tube's pressure enters as its exact nominal traction, a dead load; the bar is held to the")
     print("one-dimensional solution, exact for a slender bar. Block and tube: curved where the shape is.\n")
     print("## Manufactured solutions\n")
     print(
         "Two successive smooth shears (det F = 1) and a smooth pressure, Yeoh's law; with finite bulk modulus"
     )
-    print(
-        "(20 mu) a dilation after them and p = K (J - 1). Relative L2 errors; orders 3 and 2 are best possible.\n"
-    )
+    print("(20 mu) a dilation after them and p = K (J - 1). Relative L2 errors; orders 3 and 2 are ideal.\n")
     for title, bulk, curved, cells in (
         ("Incompressible, straight tets, one side under traction", math.inf, False, (3, 6, 9, 12)),
         ("Incompressible, curved tets, one side under traction", math.inf, True, (3, 6, 9, 12)),
@@ -694,11 +690,9 @@ def main() -> None:
         sys.stdout.flush()
     print("## Another code on the same mesh\n")
     if evidence_mesh().exists():
+        print("Six-chamber fast module, half, h = 3 mm, straight tets, no contact; body Yeoh 0.11/0.02 and")
         print(
-            "Six-chamber fast module, half, h = 3 mm, straight tets, no contact; body Yeoh 0.11/0.02 MPa, lowest"
-        )
-        print(
-            "millimetre neo-Hooke C10 2.2 MPa. Angle of the tip in degrees: the other code and ours with the tip's"
+            "lowest millimetre neo-Hooke 2.2 MPa. Angle of the tip in deg: the other code and ours with the tip's"
         )
         print(
             "corner nodes weighing the same, and the product's own `angle`, in which each weighs its area.\n"

@@ -60,7 +60,7 @@ def test_homogeneous_modes(verification, name, mode):
 
 @pytest.mark.parametrize("bulk", ["incompressible", "compressible"])
 def test_pressure_on_all_sides(verification, bulk):
-    # catches a pressure load that is not in equilibrium with a uniform hydrostatic stress, on curved faces too
+    # catches a pressure load that is out of balance with a uniform hydrostatic stress, on curved faces too
     v = verification
     K = np.inf if bulk == "incompressible" else 4e6
     rng = np.random.default_rng(7)

@@ -199,12 +199,10 @@ def test_cavity_volume_is_that_of_the_tets_that_fill_it(void):
     assert elsewhere.volume(wavy(space.points)) == pytest.approx(air, rel=1e-9)
 
 
-def test_half_a_cavity_encloses_half(finger_problem, mirrored, half_finger):
+def test_half_a_cavity_encloses_half(verification, finger_problem, mirrored, half_finger):
     # catches an origin off the symmetry plane, and a wrong multiplicity
     whole = mirrored(half_finger, "symmetry")
-    moved = type(half_finger)(
-        half_finger.points + [0, 3 * MM, 0], half_finger.tets, half_finger.volumes, half_finger.surfaces
-    )
+    moved = verification.moved(half_finger, lambda X: X + np.array([0, 3 * MM, 0]))
     for mesh, symmetry in ((half_finger, {"symmetry": "y"}), (whole, {}), (moved, {"symmetry": "y"})):
         problem = finger_problem(Loads([]), mesh=mesh, symmetry=symmetry)
         system = System(problem, build_space(mesh))
