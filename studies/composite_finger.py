@@ -23,10 +23,10 @@ def run(out: Path) -> int:
         if row.is_point and all(abs(row.pressure[name] - p) < 1.0 for name, p in EGG.items()):
             angle = np.degrees(row.angle)
             print(
-                f"At 20 kPa (slow) and 13.9 kPa (fast): {angle:.1f} deg; the paper's model needs these pressures\n"
-                f"for {EGG_ANGLE} deg ({100 * (angle / EGG_ANGLE - 1):+.1f} %). What may account for the difference: the\n"
-                "paper's model is analytic and tuned to no bench; sizes of joint, channel and end walls are not\n"
-                "printed and chosen here; and contact between the fast chambers, which bends them more, is not\n"
-                "part of this version, so that above the pressure of first touch the angle is a lower one."
+                f"At 20 kPa (slow) and 13.9 kPa (fast): {angle:.1f} deg; the paper's model needs\n"
+                f"these for {EGG_ANGLE} deg ({100 * (angle / EGG_ANGLE - 1):+.1f} %). What may account for it:\n"
+                "the paper's model is analytic; the sizes of joint, channel and end walls are not printed and\n"
+                "chosen here; and contact between the fast chambers, which bends them more, is not part of\n"
+                "this version, so that above the pressure of first touch the angle comes out too low."
             )
     return outcome.exit_status

@@ -22,8 +22,9 @@ def run(out: Path) -> int:
         print(f"The walls do not touch up to {1e-3 * last.pressure['fast']:.3g} kPa ({angle:.2f} deg).")
     else:
         print(
-            f"The walls touch at {1e-3 * touch['fast']:.3g} kPa; before, the tip has turned by {angle:.2f} deg.\n"
-            "From there on the chambers push one another apart, which bends the module more: contact is not part\n"
-            "of this version, so the curve ends here. Yu et al. (2022) go on to 40 kPa."
+            f"The walls touch at {1e-3 * touch['fast']:.3g} kPa; just before, the tip has turned by "
+            f"{angle:.2f} deg.\nFrom there on the chambers push one another apart, which bends the module "
+            "more: contact is not\npart of this version, so the curve ends here. Yu et al. (2022) go on to "
+            "40 kPa."
         )
     return outcome.exit_status

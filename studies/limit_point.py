@@ -9,7 +9,7 @@ import numpy as np
 
 from fem_spa.run import run_deck
 
-SUMMARY = "a rubber ball blown up by volume: the pressure rises, passes a limit point and falls; closed form beside it"
+SUMMARY = "a rubber ball blown up by volume through its limit point, the closed form beside it"
 DECK = Path(__file__).with_suffix(".toml")
 
 

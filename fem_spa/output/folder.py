@@ -40,6 +40,7 @@ class ResultFolder:
         self.last_state: State | None = None
         self.problem: Problem | None = None
         self.space: Any = None
+        self._nodal: Any = None
         self.seconds = 0.0
         self._steps: list[tuple[float, str]] = []
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="fields")
@@ -109,10 +110,12 @@ class ResultFolder:
         self._write_list_of_fields()
 
     def _fields(self, state: State, row: Row) -> bytes:
-        from fem_spa.solid.fields import nodal_fields
+        from fem_spa.solid.fields import NodalFields
 
         assert self.problem is not None
-        fields = nodal_fields(self.space, self.problem.materials, state)
+        if self._nodal is None:
+            self._nodal = NodalFields(self.space, self.problem.materials)
+        fields = self._nodal(state)
         small = {name: np.asarray(values, dtype=np.float32) for name, values in fields.items()}
         small["displacement"] = np.asarray(fields["displacement"], dtype=np.float64)
         names = pressure_headers(self.cavities)

@@ -41,9 +41,9 @@ class ShapePicture:
         papers = [on_paper(skin.rest)]
         self.layers = [(papers[0], GHOST * shading(skin.rest, skin.triangles)[:, :, None])]
         if state is not None:
-            from fem_spa.solid.fields import nodal_fields
+            from fem_spa.solid.fields import NodalFields
 
-            fields = nodal_fields(space, problem.materials, state)
+            fields = NodalFields(space, problem.materials)(state)
             stretch = np.nanmax(np.asarray(fields["principal stretches"]), axis=1)[skin.node]
             moved = skin.moved(state.displacement)
             self.highest = float(stretch.max())

@@ -24,7 +24,7 @@ N_UPPER = N_LOCAL * (N_LOCAL + 1) // 2
 
 
 @njit(cache=True, inline="always")
-def _deformation_gradient(dN, u, F):
+def deformation_gradient(dN, u, F):
     for i in range(3):
         for j in range(3):
             s = 0.0
@@ -35,7 +35,7 @@ def _deformation_gradient(dN, u, F):
 
 
 @njit(cache=True, inline="always")
-def _physical_gradient(reference, inverse, dN):
+def physical_gradient(reference, inverse, dN):
     for j in range(3):
         for a in range(10):
             dN[j, a] = (
@@ -46,7 +46,7 @@ def _physical_gradient(reference, inverse, dN):
 
 
 @njit(cache=True, inline="always")
-def _cofactor(F, cof):
+def cofactor(F, cof):
     cof[0, 0] = F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1]
     cof[0, 1] = F[1, 2] * F[2, 0] - F[1, 0] * F[2, 2]
     cof[0, 2] = F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0]
@@ -60,7 +60,7 @@ def _cofactor(F, cof):
 
 
 @njit(cache=True, inline="always")
-def _gather(tets, e, displacement, u):
+def gather(tets, e, displacement, u):
     for a in range(10):
         node = tets[e, a]
         for i in range(3):
@@ -79,11 +79,11 @@ def invariants(tets, inverse_jacobian, shape_gradient, displacement, J, I1, I2):
         dN = np.empty((3, 10))
         F = np.empty((3, 3))
         cof = np.empty((3, 3))
-        _gather(tets, e, displacement, u)
+        gather(tets, e, displacement, u)
         for q in range(n_q):
-            _physical_gradient(shape_gradient[q], inverse_jacobian[e, q], dN)
-            _deformation_gradient(dN, u, F)
-            det = _cofactor(F, cof)
+            physical_gradient(shape_gradient[q], inverse_jacobian[e, q], dN)
+            deformation_gradient(dN, u, F)
+            det = cofactor(F, cof)
             J[e, q] = det
             if det <= 0.0:
                 I1[e, q] = 3.0
@@ -126,13 +126,13 @@ def residual(
         F = np.empty((3, 3))
         cof = np.empty((3, 3))
         P = np.empty((3, 3))
-        _gather(tets, e, displacement, u)
+        gather(tets, e, displacement, u)
         for k in range(N_LOCAL):
             out[e, k] = 0.0
         for q in range(n_q):
-            _physical_gradient(shape_gradient[q], inverse_jacobian[e, q], dN)
-            _deformation_gradient(dN, u, F)
-            det = _cofactor(F, cof)
+            physical_gradient(shape_gradient[q], inverse_jacobian[e, q], dN)
+            deformation_gradient(dN, u, F)
+            det = cofactor(F, cof)
             p = 0.0
             for n in range(4):
                 p += pressure_shape[q, n] * pressure[tets[e, n]]
@@ -286,11 +286,11 @@ def tangent(
         A = np.empty((9, 9))
         G = np.empty((9, N_U))
         K = np.zeros((N_LOCAL, N_LOCAL))
-        _gather(tets, e, displacement, u)
+        gather(tets, e, displacement, u)
         for q in range(n_q):
-            _physical_gradient(shape_gradient[q], inverse_jacobian[e, q], dN)
-            _deformation_gradient(dN, u, F)
-            det = _cofactor(F, cof)
+            physical_gradient(shape_gradient[q], inverse_jacobian[e, q], dN)
+            deformation_gradient(dN, u, F)
+            det = cofactor(F, cof)
             p = 0.0
             for n in range(4):
                 p += pressure_shape[q, n] * pressure[tets[e, n]]
