@@ -690,12 +690,10 @@ def main() -> None:
         sys.stdout.flush()
     print("## Another code on the same mesh\n")
     if evidence_mesh().exists():
-        print("Six-chamber fast module, half, h = 3 mm, straight tets, no contact; body Yeoh 0.11/0.02 and")
+        print("Six-chamber fast module, half, h = 3 mm, straight tets, no contact; body Yeoh 0.11/0.02 MPa,")
+        print("lowest millimetre neo-Hooke 2.2 MPa. Angle of the tip in degrees: the other code's; ours with")
         print(
-            "lowest millimetre neo-Hooke 2.2 MPa. Angle of the tip in deg: the other code and ours with the tip's"
-        )
-        print(
-            "corner nodes weighing the same, and the product's own `angle`, in which each weighs its area.\n"
+            "the tip's corner nodes weighing the same, as there; the product's `angle`: each by its area.\n"
         )
         print(line("kPa", "other code", "ours", "difference", "`angle`"))
         print(line("---:", "---:", "---:", "---:", "---:"))
