@@ -303,7 +303,7 @@ def _search(
     rough = []
     for s in starts:
         try:
-            rough.append(run(variables.variables(s), *((1e-6, 30) if len(starts) > 1 else (1e-9, 60))))
+            rough.append(run(variables.variables(s), *((1e-6, 30) if len(starts) > 1 else (1e-10, 300))))
         except (ValueError, np.linalg.LinAlgError):
             continue
     if not rough:

@@ -173,7 +173,7 @@ def _profile(fitted: Fit, data: Data, j: int, half: float, allowed: float) -> tu
         out = least_squares(
             residual, state["x"], jac=jacobian, x_scale="jac", max_nfev=60, ftol=1e-10, xtol=1e-10
         )
-        if out.cost < allowed + fitted.cost:
+        if 2.0 * out.cost < allowed + fitted.cost:
             state["x"] = out.x
         return root(float(2.0 * out.cost))
 
@@ -192,8 +192,8 @@ def _crossing(grown: Callable[[float], float], centre: float, step: float, limit
     inside, f_inside = centre, -1.0
     outside, f_outside = math.nan, math.nan
     sign = math.copysign(1.0, step)
-    step *= 0.5
-    for _ in range(10):
+    step *= 0.25
+    for _ in range(12):
         value = centre + step
         if sign * value >= sign * limit:
             value = limit
@@ -204,7 +204,7 @@ def _crossing(grown: Callable[[float], float], centre: float, step: float, limit
         if value == limit:
             return limit
         inside, f_inside = value, f
-        step *= 1.7
+        step *= 1.6
     if math.isnan(outside):
         return inside
     for _ in range(12):

@@ -6,10 +6,12 @@ import math
 from pathlib import Path
 
 import pytest
+from material_samples import NEEDS_DATA, data_folder
 
 from materials.card import card_names, load_card
 from materials.card_writer import card_toml, write_card
 from materials.errors import MaterialError
+from materials.job import Options, fit_tests
 from materials.units import quantity
 
 GOOD = """
@@ -110,3 +112,42 @@ def test_unknown_card_names_the_nearest() -> None:
 )
 def test_quantities(text: object, kind: str, value: float) -> None:
     assert quantity(text, kind, "it") == pytest.approx(value)
+
+
+FITTED = (
+    "dragon-skin-10",
+    "dragon-skin-20",
+    "dragon-skin-30-fitted",
+    "ecoflex-00-10",
+    "ecoflex-00-30",
+    "ecoflex-00-50",
+    "rtv615",
+    "ninjaflex",
+    "cheetah",
+)
+
+
+@pytest.mark.parametrize("name", FITTED)
+def test_fitted_cards_state_what_they_rest_on(name: str) -> None:
+    card = load_card(name)
+    assert card.stable is True
+    assert set(card.stable_ranges) == {"uniaxial", "equibiaxial", "planar"}
+    assert card.stretch_range is not None and card.stretch_range[1] > 2.5
+    assert "sha256" in card.source
+    assert card.density is not None
+    assert set(card.intervals) and all(
+        low < card.parameters[k] < high for k, (low, high) in card.intervals.items()
+    )
+
+
+@NEEDS_DATA
+def test_a_fitted_card_is_what_the_fit_gives_today() -> None:
+    folder = data_folder()
+    assert folder is not None
+    options = Options(laws=("yeoh", "gent", "arruda-boyce", "neo-hooke"), stretch=(1.0, 3.0))
+    for name, file in (("dragon-skin-30-fitted", "Dragon_Skin_30"), ("ecoflex-00-30", "Ecoflex_00-30")):
+        card = load_card(name)
+        outcome = fit_tests([folder / "silicone_tensile_marechal" / f"{file}.csv"], options)
+        assert outcome.card.law.name == card.law.name
+        assert dict(outcome.card.parameters) == pytest.approx(dict(card.parameters), rel=1e-6)
+        assert outcome.card.source in card.source
