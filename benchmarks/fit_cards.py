@@ -22,7 +22,7 @@ from materials.job import Options, Outcome, fit_tests
 LAWS = ("yeoh", "gent", "arruda-boyce", "neo-hooke")
 MARECHAL = (
     "L. Marechal et al., Toward a common framework and database of materials for soft robotics, "
-    "Soft Robotics 8 (2021) 284; github.com/LucMarechal/Soft-Robotics-Materials-Database at 8ff66c3 (ODbL 1.0)"
+    "Soft Robotics 8 (2021) 284; github.com/LucMarechal/Soft-Robotics-Materials-Database at 8ff66c3, ODbL"
 )
 SMOOTH_ON = "Density: manufacturer's typical value (Smooth-On)."
 CROSSHEAD = (
@@ -99,7 +99,8 @@ def save(outcome: Outcome, folder: Path, source: str, note: str) -> None:
     )
     print(
         f"{card.name:22s} {fit.name:13s} {values:45s} mu {card.small_strain.mu / 1e3:7.1f} kPa  "
-        f"stretch {low:.2f} to {high:.2f}  rmse {fit.rmse / 1e3:6.2f} kPa ({100 * fit.rmse_share:.2f} %)  stable {card.stable}"
+        f"stretch {low:.2f} to {high:.2f}  rmse {fit.rmse / 1e3:6.2f} kPa "
+        f"({100 * fit.rmse_share:.2f} %)  stable {card.stable}"
     )
 
 

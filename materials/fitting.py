@@ -303,7 +303,7 @@ def _search(
     rough = []
     for s in starts:
         try:
-            rough.append(run(variables.variables(s), *((1e-6, 30) if len(starts) > 1 else (1e-10, 300))))
+            rough.append(run(variables.variables(s), *((1e-6, 30) if len(starts) > 1 else (1e-9, 150))))
         except (ValueError, np.linalg.LinAlgError):
             continue
     if not rough:
@@ -313,5 +313,5 @@ def _search(
     rough.sort(key=lambda pair: pair[0])
     if not thorough:
         return variables.values(rough[0][1])
-    ends = [run(v, 1e-14, 400) for _, v in rough[: 2 if start is None else 1]]
+    ends = [run(v, 1e-13, 300) for _, v in rough[: 2 if start is None else 1]]
     return variables.values(min(ends, key=lambda pair: pair[0])[1])

@@ -6,6 +6,7 @@ import math
 import os
 import re
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -200,6 +201,22 @@ def fit_tests(files: Sequence[str | Path], options: Options | None = None) -> Ou
     warnings = [*chosen.warnings, *trouble, *_law_warnings(ranking, chosen)]
     card = _card(options, chosen, ranking, used, raw, prony, mullins)
     return Outcome(card, ranking, chosen, used, data, notes, warnings, prony, mullins)
+
+
+def fit_each(files: Sequence[Path], options: Sequence[Options]) -> list[Outcome]:
+    """One outcome a file, each its own material with its own options, on all cores.
+
+    Raises MaterialError of the first file that cannot be used.
+    """
+    workers = min(os.cpu_count() or 1, len(files))
+    if workers < 2:
+        return [fit_tests([file], own) for file, own in zip(files, options, strict=True)]
+    with ProcessPoolExecutor(workers) as pool:
+        return list(pool.map(_fit_one, files, options))
+
+
+def _fit_one(file: Path, options: Options) -> Outcome:
+    return fit_tests([file], options)
 
 
 def _law_warnings(ranking: Ranking, chosen: Ranked) -> list[str]:

@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fit and write; the table goes to stdout."""
-    from materials.job import find_tests, fit_tests, slug
+    from materials.job import find_tests, fit_each, fit_tests, slug
 
     options = _options(arguments)
     files = find_tests(arguments.tests, options.data)
@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     folder = arguments.out or Path("out")
     _refuse_twins(files)
-    outcomes = [fit_tests([file], _named(options, slug(file.stem))) for file in files]
+    outcomes = fit_each(files, [_named(options, slug(file.stem)) for file in files])
     print(_summary(outcomes))
     from materials.overview import save_overview
 

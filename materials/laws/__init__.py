@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -56,6 +57,16 @@ class Law:
     starts: Callable[[float, float], list[dict[str, float]]] | None = None
     file: str = ""
 
+    def __reduce__(self) -> Any:
+        """Laws travel between processes by their name or file: formulas do not pickle."""
+        if self.file:
+            from materials.user_law import load_law
+
+            return load_law, (self.file,)
+        if LAWS.get(self.name) is self:
+            return _built_in, (self.name,)
+        return super().__reduce__()
+
 
 # The laws' own modules import `Law` from here, so they come after it.
 from materials.laws.arruda_boyce import ARRUDA_BOYCE  # noqa: E402
@@ -71,5 +82,10 @@ LAWS: dict[str, Law] = {
     law.name: law
     for law in (NEO_HOOKE, MOONEY_RIVLIN, YEOH, OGDEN, GENT, ARRUDA_BOYCE, EXTENDED_TUBE, LINEAR)
 }
+
+
+def _built_in(name: str) -> Law:
+    return LAWS[name]
+
 
 __all__ = ["LAWS", "Law"]
