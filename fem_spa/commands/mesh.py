@@ -60,8 +60,13 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"given {out} for --out: this is a folder; give a file ending in .msh or .vtu")
     refuse_place(out.parent)
     mesh = make_mesh(deck)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    write_mesh(out, mesh)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        write_mesh(out, mesh)
+    except OSError as error:
+        raise InputError(
+            f"given {out} for --out: it cannot be written ({error.strerror}); give another file"
+        ) from None
     print(summary(mesh))
     print(f"See {out} (numbers in {UNIT})")
     return 0

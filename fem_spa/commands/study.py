@@ -10,6 +10,8 @@ import argparse
 import ast
 import importlib
 import importlib.util
+import json
+import sys
 from pathlib import Path
 
 
@@ -39,7 +41,22 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"given {arguments.name}: there is no such study{nearest(arguments.name, found)}")
     out = arguments.out or Path("out") / arguments.name
     refuse_place(out)
-    return int(importlib.import_module(f"studies.{arguments.name}").run(out))
+    status = int(importlib.import_module(f"studies.{arguments.name}").run(out))
+    tell(out)
+    return status
+
+
+def tell(out: Path) -> None:
+    """What belongs beside the study's own words: why it stopped, warnings, where the report is."""
+    result = out / "result.json"
+    if result.is_file():
+        record = json.loads(result.read_text(encoding="utf-8"))
+        for warning in record["warnings"]:
+            print(f"Note: {warning}")
+        if record["status"] != "done":
+            print(f"{record['status']}: {record['message']}", file=sys.stderr)
+    if (out / "report.html").is_file():
+        print(f"See {out / 'report.html'}")
 
 
 def summaries() -> dict[str, str]:

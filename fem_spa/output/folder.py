@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fem_spa.errors import InputError
 from fem_spa.output.files import write_whole
 from fem_spa.output.table import curve_csv, pressure_headers
 from fem_spa.output.vtu import pvd, vtu
@@ -66,12 +67,18 @@ class ResultFolder:
 
     def start(self, problem: Problem, space: Any) -> None:
         """The problem is accepted: make the folder ready."""
+        try:
+            (self.path / "fields").mkdir(parents=True, exist_ok=True)
+            for name in WRITTEN:
+                (self.path / name).unlink(missing_ok=True)
+            for old in (self.path / "fields").glob("step_*.vtu"):
+                old.unlink()
+            write_whole(self.path / "curve.csv", "")
+        except OSError as error:
+            raise InputError(
+                f"given {self.path} for --out: it cannot be written ({error.strerror}); give another folder"
+            ) from None
         self.problem, self.space = problem, space
-        (self.path / "fields").mkdir(parents=True, exist_ok=True)
-        for name in WRITTEN:
-            (self.path / name).unlink(missing_ok=True)
-        for old in (self.path / "fields").glob("step_*.vtu"):
-            old.unlink()
         self._write_curve()
         self._write_list_of_fields()
 

@@ -28,7 +28,8 @@ table { border-collapse: collapse; font-size: 14px; }
 th, td { text-align: left; vertical-align: top; padding: 4px 14px 4px 0; }
 th, td { border-bottom: 1px solid var(--line); }
 th { font-weight: 600; white-space: nowrap; }
-.numbers th, .numbers td { text-align: right; font-variant-numeric: tabular-nums; padding: 3px 12px; }
+.numbers th, .numbers td { text-align: right; font-variant-numeric: tabular-nums; }
+.numbers th, .numbers td { padding: 3px 8px; font-size: 13px; }
 .numbers .point td { font-weight: 600; }
 .scroll { overflow-x: auto; }
 small { color: var(--soft); }

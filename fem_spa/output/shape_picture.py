@@ -44,7 +44,9 @@ class ShapePicture:
             from fem_spa.solid.fields import NodalFields
 
             fields = NodalFields(space, problem.materials)(state)
-            stretch = np.nanmax(np.asarray(fields["principal stretches"]), axis=1)[skin.node]
+            stretch = np.max(np.asarray(fields["principal stretches"]), axis=1)[skin.node]
+            known = np.isfinite(stretch)  # not where an element is turned inside out at a node
+            stretch = np.where(known, stretch, stretch[known].max(initial=1.0))
             moved = skin.moved(state.displacement)
             self.highest = float(stretch.max())
             self.scale = Normalize(1.0, max(1.001, float(np.quantile(stretch, 0.99))))
