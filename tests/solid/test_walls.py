@@ -9,6 +9,7 @@ from fem_spa.solid.path import solve
 from fem_spa.solid.problem import Loads, Problem, StepControl
 from fem_spa.solid.space import build_space
 from fem_spa.solid.walls import Walls
+from geometry.tagged import TaggedMesh
 
 MM = 1e-3
 GAP = 1 * MM
@@ -124,3 +125,22 @@ def test_touching_pressure_lies_between_the_right_steps(fork, fork_problem):
     assert gaps[0] == pytest.approx(GAP, rel=1e-9)
     assert 0 < gaps[first - 1] < 0.2 * GAP
     assert gaps[first] < 0.05 * GAP
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("depth", [-0.2, 0.5])
+def test_a_spike_through_the_middle_of_a_face(turned, depth):
+    # catches a look at the edges of only one of two triangles, whichever comes first
+    face = np.array([[-5.0, -10, -10], [5, 10, -10], [0, 0, 10], [9, -4, 0]])
+    middle = face[:3].mean(axis=0)
+    spike = middle + np.array([[depth, 0, 0], [-30, 1, 0], [-30, -1, 1], [-30, -1, -1]])
+    points = 1e-3 * np.vstack([face, spike])
+    if turned:
+        points[:, 0] *= -1
+    tets = np.array([[0, 1, 2, 3], [4, 5, 6, 7]])
+    for t in tets:
+        if np.linalg.det(points[t[1:]] - points[t[0]]) < 0:
+            t[:2] = t[1::-1]
+    space = build_space(TaggedMesh(points, tets, {"body": np.arange(2)}, {}))
+    place = Walls(space, {}).cross(space.points)
+    assert (place is not None) == (depth > 0)
