@@ -73,9 +73,7 @@ def face_region(mesh: fem.Mesh, case: Case, surface: str) -> fem.Region:
     number = {tuple(pair): i for i, pair in enumerate(case.edges()[0].tolist())}
     n = len(case.points)
     order = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
-    full = [
-        [*cell, *(n + number[tuple(sorted((cell[i], cell[j])))] for i, j in order)] for cell in cells
-    ]
+    full = [[*cell, *(n + number[tuple(sorted((cell[i], cell[j])))] for i, j in order)] for cell in cells]
     # six points of degree 4 on the triangle
     a, b = 0.445948490915965, 0.091576213509771
     wa, wb = 0.223381589678011 / 2, 0.109951743655322 / 2
@@ -213,11 +211,19 @@ def make_solver(kind: str):
     for number, value in {2: 2, 10: 8, 11: 0, 13: 0, 21: 1, 24: 1}.items():
         ldl.set_iparm(number, value)
 
+    kept: list[np.ndarray] = []
+
     def solve(A, b):
         upper = triu(A, format="csr")
         upper.setdiag(upper.diagonal())  # a stored zero where a pressure has none
         upper.sort_indices()
-        return ldl.solve(upper, b)
+        pattern = np.concatenate([upper.indptr, upper.indices])
+        same = bool(kept) and np.array_equal(kept[0], pattern)
+        if kept and not same:
+            ldl.free_memory(everything=True)
+        kept[:] = [pattern]
+        ldl.set_phase(23 if same else 13)  # the analysis is kept with the pattern
+        return ldl._call_pardiso(upper, np.asfortranarray(b))
 
     return solve
 

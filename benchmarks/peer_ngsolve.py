@@ -27,7 +27,6 @@ from netgen.meshing import Element2D, Element3D, FaceDescriptor, MeshPoint, Pnt
 from netgen.meshing import Mesh as NetgenMesh
 from solver_case import C10, C20, CURVE, EVIDENCE, FLOOR, TOLERANCE, Case, peak_mb, report, tip_angle, walk
 
-
 MOST = 10
 """Newton iterations after which a step is halved."""
 

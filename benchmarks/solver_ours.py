@@ -1,6 +1,6 @@
 """The case by fem_spa, and what its parts cost. Started by solver_speed.py in a process of its own.
 
-    python solver_ours.py DECK.toml RESULT.json --repeats 3 --parts
+python solver_ours.py DECK.toml RESULT.json --repeats 3 --parts
 """
 
 from __future__ import annotations
@@ -89,14 +89,14 @@ def tally(problem: Problem, steps) -> dict[str, Any]:
         kept.append((owner, name, inner))
         setattr(owner, name, timed)
 
+    linear = type(make_solver_of(problem))
     watch(path, "build_space", "space")
     watch(System, "__init__", "system (pattern, scatter map)")
     watch(System, "tangent", "tangent")
     watch(System, "evaluate", "residual")
-    watch(type(make_solver_of(problem)), "factorize", "factorization")
-    watch(type(make_solver_of(problem)), "solve", "back-substitution")
+    watch(linear, "factorize", "factorization")
+    watch(linear, "solve", "back-substitution")
     watch(path.Walls, "cross", "walls: do they cross")
-    watch(path.Walls, "first_crossing", "walls: where first")
     watch(path.Predictor, "add", "predictor: add")
     watch(path.Predictor, "predict", "predictor: predict")
     try:
@@ -106,10 +106,7 @@ def tally(problem: Problem, steps) -> dict[str, Any]:
     finally:
         for owner, name, inner in kept:
             setattr(owner, name, inner)
-    if calls["walls: where first"]:  # it calls the other
-        inside = sum(sorted(calls["walls: do they cross"])[-7:])
-        calls["walls: where first"].append(-min(inside, sum(calls["walls: where first"])))
-    parts = {name: (len([t for t in times if t >= 0]), sum(times)) for name, times in calls.items()}
+    parts = {name: (len(times), sum(times)) for name, times in calls.items()}
     parts["all else"] = (1, total - sum(seconds for _, seconds in parts.values()))
     return {"total": total, "parts": parts}
 

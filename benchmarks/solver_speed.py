@@ -225,11 +225,27 @@ def part_of_shell(first: dict[str, Any], warm: list[dict[str, Any]]) -> str:
     def row(name: str, run: dict[str, Any]) -> list[str]:
         s = run["seconds"]
         before = run["wall"] - s["total"]
-        inner = ", ".join(f"{key} {s[key]:.2f}" for key in ("mesh", "assembly", "linear", "contact", "output"))
-        return [name, f"{run['wall']:.2f}", f"{s['total']:.2f}", f"{before:.2f}", inner, f"{run['peak_mb']:.0f}"]
+        inner = ", ".join(
+            f"{key} {s[key]:.2f}" for key in ("mesh", "assembly", "linear", "contact", "output")
+        )
+        return [
+            name,
+            f"{run['wall']:.2f}",
+            f"{s['total']:.2f}",
+            f"{before:.2f}",
+            inner,
+            f"{run['peak_mb']:.0f}",
+        ]
 
     return table(
-        ["`fem-spa solve`", "wall [s]", "of that in the run [s]", "start and end [s]", "parts [s]", "peak memory [MB]"],
+        [
+            "`fem-spa solve`",
+            "wall [s]",
+            "of that in the run [s]",
+            "start and end [s]",
+            "parts [s]",
+            "peak memory [MB]",
+        ],
         [row(f"median of {len(warm)}", best), row("first ever (compilation, fonts)", first)],
     )
 
@@ -264,7 +280,11 @@ def part_of_peers(results: dict[str, list[dict[str, Any]]], evidence_mesh: bool)
     ]  # fmt: skip
     shown = [(i, p) for i, p in enumerate(EVIDENCE) if p in KNOWN]
     angle_rows = [
-        [name, *(f"{runs[0]['evidence'][i]:.4f}" for i, _ in shown), f"{runs[0]['curves'][0]['angles'][-1]:.4f}"]
+        [
+            name,
+            *(f"{runs[0]['evidence'][i]:.4f}" for i, _ in shown),
+            f"{runs[0]['curves'][0]['angles'][-1]:.4f}",
+        ]
         for name, runs in results.items()
         if runs
     ]
@@ -275,7 +295,9 @@ def part_of_peers(results: dict[str, list[dict[str, Any]]], evidence_mesh: bool)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--mesh", type=Path, help=f"path of {MESH}")
     parser.add_argument("--rounds", type=int, default=3, help="times that the programs take turns")
     parser.add_argument("--repeats", type=int, default=3, help="our warm curves a process")
@@ -331,7 +353,11 @@ def main() -> None:
 
         first, warm = None, []
         if not options.no_shell:
-            fresh = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "numba"), "MPLCONFIGDIR": str(folder / "mpl")}
+            fresh = {
+                **os.environ,
+                "NUMBA_CACHE_DIR": str(folder / "numba"),
+                "MPLCONFIGDIR": str(folder / "mpl"),
+            }
             first = shell(deck, folder / "first", fresh)
             warm = [shell(deck, folder / f"warm{k}", dict(os.environ)) for k in range(options.rounds)]
 
