@@ -45,8 +45,7 @@ class ShapePicture:
 
             fields = NodalFields(space, problem.materials)(state)
             stretch = np.max(np.asarray(fields["principal stretches"]), axis=1)[skin.node]
-            known = np.isfinite(stretch)  # not where an element is turned inside out at a node
-            stretch = np.where(known, stretch, stretch[known].max(initial=1.0))
+            stretch = _filled(stretch, skin.triangles)
             moved = skin.moved(state.displacement)
             self.highest = float(stretch.max())
             self.scale = Normalize(1.0, max(1.001, float(np.quantile(stretch, 0.99))))
@@ -102,6 +101,22 @@ class ShapePicture:
             f"largest principal stretch (at most {number(self.highest, 3)} on the outside);  grey: at rest"
         )
         bar.outline.set_visible(False)
+
+
+def _filled(values: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Values that are not finite (an element turned inside out at a node) become their neighbours' mean."""
+    values = values.copy()
+    for _ in range(len(values)):
+        known = np.isfinite(values)
+        near = triangles[known[triangles].any(axis=1) & ~known[triangles].all(axis=1)]
+        if not len(near):
+            break
+        total, count = np.zeros(len(values)), np.zeros(len(values))
+        weight = known[near].sum(axis=1)
+        np.add.at(total, near, np.where(known[near], values[near], 0.0).sum(axis=1, keepdims=True))
+        np.add.at(count, near, weight[:, None])
+        values = np.where(known, values, np.where(count > 0, total / np.maximum(count, 1), np.nan))
+    return np.where(np.isfinite(values), values, 1.0)
 
 
 def _frame(paper: np.ndarray) -> tuple[float, float, float, float]:
