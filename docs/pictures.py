@@ -14,7 +14,7 @@ from PIL import Image
 from fem_spa.cli import main
 
 HERE = Path(__file__).parent
-WIDTH, COLOURS = 900, 160
+WIDTH, COLOURS = 900, 256
 
 
 def keep(source: Path, name: str) -> None:
