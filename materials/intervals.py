@@ -145,6 +145,8 @@ def _profile(fitted: Fit, data: Data, j: int, half: float, allowed: float) -> tu
     low, high = law.limits.get(name, (-math.inf, math.inf))
     others = [k for k in range(len(variant.free)) if k != j]
     size = np.where(fitted.values != 0, np.abs(fitted.values), 1.0)
+    limits = [law.limits.get(variant.free[k], (-math.inf, math.inf)) for k in others]
+    lows, highs = np.array([a for a, _ in limits]), np.array([b for _, b in limits])
     state = {"x": fitted.values[others] / size[others]}
 
     def root(cost: float) -> float:
@@ -156,7 +158,7 @@ def _profile(fitted: Fit, data: Data, j: int, half: float, allowed: float) -> tu
         def full(x: Array) -> Array:
             v = fitted.values.copy()
             v[j] = value
-            v[others] = x * size[others]
+            v[others] = np.clip(x * size[others], lows, highs)
             return v
 
         def residual(x: Array) -> Array:

@@ -250,7 +250,15 @@ def _inelastic(
                 nan = np.full(g.size, math.nan)
                 prony.append((s, Prony(g, tau, nan, nan, nan, nan, 1.0, series.rmse)))
             elif s.kind == "cyclic":
-                mullins.append((s, fit_mullins(s, law, p)))
+                softening = fit_mullins(s, law, p)
+                mullins.append((s, softening))
+                left = softening.rmse / float(np.max(np.abs(s.stress)))
+                if left > 0.03 or softening.r < 1.001:
+                    trouble.append(
+                        f"{s.name}: Mullins softening leaves {100 * left:.1f} % of the largest stress"
+                        + (", r at its bound of 1" if softening.r < 1.001 else "")
+                        + ": part of this loop is viscous"
+                    )
         except MaterialError as error:
             trouble.append(f"{s.name}: {error}" if s.name not in str(error) else str(error))
     return prony, mullins, trouble

@@ -20,7 +20,7 @@ COLOURS = (
     "#14633b",
     "#7c3aed",
     "#0e7490",
-    "#b45309",
+    "#ca8a04",
     "#be185d",
     "#4d7c0f",
     "#475569",
@@ -78,12 +78,13 @@ def _shown(outcome: Outcome) -> list[Ranked]:
     return rows if any(r.name == outcome.chosen.name for r in rows) else [*rows[:-1], outcome.chosen]
 
 
-def _tidy(axes: Any) -> None:
+def _tidy(axes: Any, zero: bool = True) -> None:
     axes.grid(True, color="#e5e7eb", linewidth=0.8)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
+    if zero:
+        axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
 
 
 def _split(outcome: Outcome, row: Ranked, mode: str, grid: Array) -> tuple[Array, Array]:
@@ -104,7 +105,8 @@ def _curves(
     if own:
         low, high = min(float(s.stretch.min()) for s in own), max(float(s.stretch.max()) for s in own)
         axes.axvspan(low, high, color="#eef2f7", zorder=0, label="range of the data")
-        a, b = min(low, 1.0) - 0.04 * (high - low), high + 0.06 * (high - low)
+        a = 1.0 if low >= 0.98 else low - 0.04 * (high - low)
+        b = high + 0.06 * (high - low)
     elif not any(float(s.stretch.min()) < 0.95 for s in outcome.specimens):
         a = 1.0
     grid = np.linspace(max(a, 0.05), b, 400)
@@ -199,10 +201,11 @@ def _inelastic(figure: Any, grid: Any, outcome: Outcome) -> None:
         k += 1
         assert s.time is not None
         t = s.time - s.time[0]
-        axes.plot(np.maximum(t, 1e-3 * t[-1]), s.stress / 1e3, "o", ms=3, mfc="none", mec=INK, mew=0.7)
+        shown = np.maximum(t, 0.5 * float(t[t > 0].min()))
+        axes.plot(shown, s.stress / 1e3, "o", ms=3, mfc="none", mec=INK, mew=0.7)
         if s.kind == "relaxation" and np.ptp(s.stretch) == 0:
             top = float(np.max(np.abs(s.stress))) / 1e3 * series.instantaneous
-            axes.plot(np.maximum(t, 1e-3 * t[-1]), top * series.relaxation(t), color=ACCENT, lw=2)
+            axes.plot(shown, top * series.relaxation(t), color=ACCENT, lw=2)
         elif s.kind == "relaxation":
             e = predict(
                 outcome.card.law, dict(outcome.card.parameters), principal_stretches(s.mode, s.stretch)
@@ -211,12 +214,12 @@ def _inelastic(figure: Any, grid: Any, outcome: Outcome) -> None:
             model = e * (1 - series.g.sum()) + sum(
                 g * branch(e, t, tau) for g, tau in zip(series.g, series.tau, strict=True)
             )
-            axes.plot(np.maximum(t, 1e-3 * t[-1]), model, color=ACCENT, lw=2)
+            axes.plot(shown, model, color=ACCENT, lw=2)
         axes.set_xscale("log")
         axes.set_title(f"{s.kind}: {len(series.g)} Prony terms", loc="left", fontsize=11, fontweight="bold")
         axes.set_xlabel("time [s]")
         axes.set_ylabel("nominal stress [kPa]")
-        _tidy(axes)
+        _tidy(axes, zero=False)
     for s, m in outcome.mullins[: 3 - k]:
         from materials.mullins import softening
         from materials.response import invariants

@@ -139,7 +139,8 @@ def noise(s: Specimen) -> float:
 
 def outliers(s: Specimen, width: int = 4, strength: float = 8.0) -> Array:
     """Indices of rows that stand out of the local curve: residual against the line through the median
-    of neighbours on both sides, more than `strength` robust standard deviations and 2 % of the range."""
+    of neighbours on both sides, more than `strength` robust standard deviations, 2 % of the range, and
+    0.6 of the way from one neighbour to the other (coarse points on a steep curve are no outliers)."""
     n = s.stretch.size
     if n < 2 * width + 3:
         return np.zeros(0, int)
@@ -157,7 +158,10 @@ def outliers(s: Specimen, width: int = 4, strength: float = 8.0) -> Array:
         degree = 2 if 0 < i < n - 1 else 1
         residual[i] = p[i] - _robust_poly(l[index] - l[i], p[index], degree)
     scale = 1.4826 * np.median(near)
-    limit = max(strength * scale, 0.02 * float(np.ptp(p)))
+    step = np.empty(n)
+    step[1:-1] = 0.6 * np.abs(p[2:] - p[:-2])
+    step[0], step[-1] = 1.2 * abs(p[2] - p[1]), 1.2 * abs(p[-2] - p[-3])
+    limit = np.maximum(max(strength * scale, 0.02 * float(np.ptp(p))), step)
     return np.sort(order[np.abs(residual) > limit])
 
 

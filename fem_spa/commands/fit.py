@@ -25,7 +25,7 @@ Exit status 0: the card was written; 2: the input is wrong, and nothing was writ
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "tests", metavar="TEST.csv", nargs="+", help="tests of one material; a folder is its .csv files"
+        "tests", metavar="TEST.csv", nargs="*", help="tests of one material; a folder is its .csv files"
     )
     parser.add_argument(
         "--law",
@@ -70,6 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Fit and write; the table goes to stdout."""
     from materials.job import find_tests, fit_each, fit_tests, slug
 
+    _sort_out(arguments)
     options = _options(arguments)
     files = find_tests(arguments.tests, options.data)
     command = "fem-spa " + " ".join(sys.argv[1:])
@@ -91,6 +92,19 @@ def run(arguments: argparse.Namespace) -> int:
     save_overview(outcomes, folder / "overview.png", folder / "overview.html", command)
     print(f"{len(outcomes)} cards in {folder}, see {folder / 'overview.html'}")
     return 0
+
+
+def _sort_out(arguments: argparse.Namespace) -> None:
+    """`--law yeoh TEST.csv`: what ends in .csv is a test, wherever it stands."""
+    from fem_spa.errors import InputError
+
+    tests = [name for name in arguments.law if name.lower().endswith(".csv")]
+    arguments.law = [name for name in arguments.law if name not in tests]
+    arguments.tests = [*arguments.tests, *tests]
+    if not arguments.tests:
+        raise InputError(
+            "given no test; at least one TEST.csv, or a folder of such, is needed (fem-spa fit --help)"
+        )
 
 
 def _options(arguments: argparse.Namespace) -> Options:
