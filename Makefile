@@ -11,6 +11,7 @@ test: .venv/ready
 	.venv/bin/python -m pytest -m "not slow"
 
 .venv/ready: pyproject.toml
+	@echo "setting up .venv, once; this downloads some hundred MB"
 	$(PYTHON) -m venv .venv
 	.venv/bin/python -m pip install --quiet --editable ".[dev]"
 	touch .venv/ready
