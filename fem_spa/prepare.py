@@ -82,6 +82,10 @@ def prepare(deck: Deck) -> Setup:
         f"The mesh has a surface 'layer {name}', but the deck has no [layers.{name}]: it carries no membrane."
         for name in bare
     ]
+    if shape is None and "tip" not in mesh.surfaces:
+        warnings.append(
+            "The mesh has no surface 'tip', so there is no angle: name the face at the free end so."
+        )
     return Setup(problem, steps, resolved_deck(deck, shape, symmetry), sources, warnings, seconds)
 
 
@@ -345,17 +349,15 @@ def _path_point(
 
 def rest_volumes(mesh: TaggedMesh, symmetry: Mapping[str, str]) -> dict[str, float]:
     """Cavity -> enclosed volume of the whole actuator at rest, m^3."""
-    from fem_spa.solid.cavity import Cavity
+    from fem_spa.solid.cavity import Cavity, closing, plane_levels
     from geometry.second_order import to_second_order
 
     mesh = to_second_order(mesh)
-    origin = np.zeros(3)
-    for surface, axis in symmetry.items():
-        i = "xyz".index(axis)
-        origin[i] = float(np.mean(mesh.points[np.asarray(mesh.surfaces[surface]).ravel(), i]))
-    factor = 2.0 ** len(symmetry)
+    origin, share = closing(plane_levels(symmetry, mesh.surfaces, mesh.points))
+    copies = 2.0 ** len(set(symmetry.values()))
     return {
-        c: factor * Cavity(mesh.surfaces[f"cavity {c}"], origin).volume(mesh.points) for c in mesh.cavities
+        c: copies * Cavity(mesh.surfaces[f"cavity {c}"], origin, share).volume(mesh.points)
+        for c in mesh.cavities
     }
 
 

@@ -109,6 +109,8 @@ class Factors:
         return y
 
     def drop_border(self) -> None:
+        if self.border is not None:
+            self.updates = []
         self.border = self.gradient = self.schur = self.on_volume = None
 
 

@@ -41,17 +41,20 @@ class Angle:
         else:
             self.base_nodes = np.zeros(0, dtype=int)
             along = area_vector(space, "tip")
-        # symmetry cuts the centroid off the plane, so the axis of the whole actuator lies in it
-        for axis in problem.symmetry.values():
-            along[AXES[axis]] = 0.0
+        # the whole actuator's axis lies in the planes that cut the tip; its centroid does, too
+        facing = area_vector(space, "tip")
+        facing /= np.linalg.norm(facing)
+        self.planes: dict[int, float] = {}
+        self.axis: np.ndarray | None = None
+        for name, axis in problem.symmetry.items():
+            i = AXES[axis]
+            if abs(facing[i]) < 0.5:
+                self.planes[i] = float(points[space.surfaces[name][:, :3], i].mean())
+                along[i] = 0.0
+                if self.axis is None:
+                    self.axis = np.eye(3)[i]
         length = float(np.linalg.norm(along))
         self.along = along / length
-        self.axis: np.ndarray | None = None
-        for axis in problem.symmetry.values():
-            normal = np.eye(3)[AXES[axis]]
-            if abs(normal @ self.along) < 0.5:
-                self.axis = normal
-                break
         if self.kind == "tangent":
             weight = np.zeros(space.n_nodes)
             np.add.at(weight, space.tets[:, :4], np.repeat(space.weight.sum(axis=1)[:, None], 4, axis=1))
@@ -61,15 +64,14 @@ class Angle:
         else:
             self.nodes, self.weight = self.tip_nodes, self.tip_weight
         self.points = points
-        self.symmetry = [AXES[a] for a in problem.symmetry.values()]
 
     def tip(self, displacement: np.ndarray) -> np.ndarray:
         """(3,) m, centroid of the tip face of the whole actuator."""
         if not self.known:
             return np.full(3, np.nan)
         tip = self.tip_weight @ (self.points[self.tip_nodes] + displacement[self.tip_nodes])
-        for i in self.symmetry:
-            tip[i] = 0.0 if abs(self.along[i]) < 0.5 else tip[i]
+        for i, level in self.planes.items():
+            tip[i] = level
         return tip
 
     def __call__(self, displacement: np.ndarray) -> float:
@@ -84,7 +86,7 @@ class Angle:
                 else np.zeros(3)
             )
             moved = (self.tip(displacement) - base)[None]
-            for i in self.symmetry:
+            for i in self.planes:
                 moved[:, i] = 0.0
             weight = np.ones(1)
         else:
@@ -93,20 +95,33 @@ class Angle:
             rest = rest - self.weight @ rest
             moved = moved - self.weight @ moved
             weight = self.weight
-        cross = weight @ np.cross(rest, moved)
         axis = self.axis
         if axis is None:
-            size = float(np.linalg.norm(cross))
-            if size < 1e-6 * float(weight @ np.sum(rest**2, axis=1)):
+            axis = rotation_axis(weight, rest, moved)
+            if axis is None:
                 return 0.0
-            axis = cross / size
-            axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
             self.axis = axis
+        cross = weight @ np.cross(rest, moved)
         in_plane = np.sum(rest * moved, axis=1) - (rest @ axis) * (moved @ axis)
         angle = float(np.arctan2(cross @ axis, weight @ in_plane))
         angle += 2 * np.pi * round((self.previous - angle) / (2 * np.pi))
         self.previous = angle
         return angle
+
+
+def rotation_axis(weight: np.ndarray, rest: np.ndarray, moved: np.ndarray) -> np.ndarray | None:
+    """Axis of the best-fitting rotation of points (n, 3) about their mean (Kabsch); None if too small.
+
+    Of unit length, its largest component positive.
+    """
+    u, _, vt = np.linalg.svd((weight[:, None] * rest).T @ moved)
+    rotation = vt.T @ np.diag([1.0, 1.0, np.linalg.det(vt.T @ u.T)]) @ u.T
+    skew = rotation - rotation.T
+    twist = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
+    size = float(np.linalg.norm(twist))
+    if size < 1e-6:
+        return None
+    return twist / size * np.sign(twist[np.argmax(np.abs(twist))])
 
 
 def corner_areas(space: Space, surface: str) -> np.ndarray:

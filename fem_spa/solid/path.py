@@ -270,8 +270,8 @@ class _Walk:
         if not dead and self.problem.loads.control == "pressure" and self.near_limit():
             return _Stop(
                 "limit",
-                f"{reason}. The body grows without bound here: a limit point; "
-                'control = "volume" goes on through it',
+                f"{reason}. The shape changes without bound with pressure here: a limit point or a buckle; "
+                'control = "volume" may go on through it',
             )
         return _Stop("diverged", f"{reason}. A finer mesh there or a smaller load may help")
 

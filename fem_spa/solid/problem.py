@@ -56,7 +56,8 @@ class Loads:
         volume (`volume`), or the ratio of enclosed gas mass to that at rest (`gas-mass`).
     control : "pressure", "volume" or "gas-mass"
     gravity : m/s^2, applied before the first load point
-    tip_force : dead force on the surface `tip`, N, of the whole actuator, applied with gravity
+    tip_force : dead force on the surface `tip`, N, applied with gravity; on the whole face where planes of
+        symmetry cut it, and on each tip where one mirrors it to another end
     tip_displacement : prescribed displacement of every node of `tip`, m, applied with gravity
     atmosphere : absolute pressure outside, Pa (used by `gas-mass` only)
     """

@@ -19,7 +19,7 @@ import numpy as np
 
 from fem_spa.errors import InputError
 from fem_spa.solid import kernel, pattern
-from fem_spa.solid.cavity import Cavity, triangle_rule
+from fem_spa.solid.cavity import Cavity, closing, plane_levels, triangle_rule
 from fem_spa.solid.invariants import stretches
 from fem_spa.solid.membrane import make_membrane
 from fem_spa.solid.problem import Problem
@@ -67,7 +67,10 @@ class System:
         self.stress_unit = float(max(moduli))
         self.length_unit = float((space.weight.sum() / len(space.tets)) ** (1 / 3))
         self.energy_unit = self.stress_unit * self.length_unit**3
-        self.multiplicity = 2 ** len(problem.symmetry)
+        # copies of the meshed part that make up the whole actuator (parallel planes count once), and those
+        # of them that share one tip
+        self.multiplicity = 2 ** len(set(problem.symmetry.values()))
+        self.tip_copies = 2 ** len(set(problem.symmetry.values()) - set(_across(problem, space)))
 
         self.holds_tip = hold_tip
         self.held = self._held(hold_tip)
@@ -85,10 +88,9 @@ class System:
         self._entry_scale = self._entries(self.scale) / self.energy_unit
 
         self.cavities = problem.mesh.cavities
-        origin = np.zeros(3)
-        for surface, axis in problem.symmetry.items():
-            origin[AXES[axis]] = space.points[space.surfaces[surface][:, :3].ravel(), AXES[axis]].mean()
-        self._cavities = [Cavity(space.surfaces[f"cavity {name}"], origin) for name in self.cavities]
+        levels = plane_levels(problem.symmetry, space.surfaces, space.points) if self.cavities else {}
+        origin, share = closing(levels)
+        self._cavities = [Cavity(space.surfaces[f"cavity {name}"], origin, share) for name in self.cavities]
         self._membranes = [
             make_membrane(
                 space.surfaces[f"layer {name}"], space.points, layer.modulus, layer.thickness, layer.poisson
@@ -259,8 +261,8 @@ class System:
     def tip_reaction(self) -> np.ndarray:
         """(3,) N of the whole actuator: what the held tip exerts on its holder, after `evaluate`."""
         nodes = np.unique(self.space.surfaces["tip"])
-        total = -self.reaction[: self.n_u].reshape(-1, 3)[nodes].sum(axis=0) * self.multiplicity
-        for axis in self.problem.symmetry.values():
+        total = -self.reaction[: self.n_u].reshape(-1, 3)[nodes].sum(axis=0) * self.tip_copies
+        for axis in set(self.problem.symmetry.values()) - set(_across(self.problem, self.space)):
             total[AXES[axis]] = 0.0
         return total
 
@@ -316,7 +318,7 @@ class System:
             nodal = np.einsum("fq,qa->fa", np.linalg.norm(normal, axis=-1) * weight, value)
             nodal /= nodal.sum()
             for i in range(3):
-                np.add.at(force[:, i], faces, nodal * loads.tip_force[i] / self.multiplicity)
+                np.add.at(force[:, i], faces, nodal * loads.tip_force[i] / self.tip_copies)
         return out
 
 
@@ -341,6 +343,16 @@ def _surface(space: Space, name: str) -> np.ndarray:
     except KeyError:
         found = ", ".join(f"'{s}'" for s in sorted(space.surfaces))
         raise InputError(f"no surface '{name}' in the mesh; it has {found}") from None
+
+
+def _across(problem: Problem, space: Space) -> list[str]:
+    """Axes whose plane of symmetry lies across the tip's normal: it mirrors the tip to another one."""
+    if "tip" not in space.surfaces:
+        return []
+    X = space.points[space.surfaces["tip"][:, :3]]
+    normal = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]).sum(axis=0)
+    normal /= max(np.linalg.norm(normal), 1e-300)
+    return [axis for axis in set(problem.symmetry.values()) if abs(normal[AXES[axis]]) > 0.5]
 
 
 def _face_dofs(faces: np.ndarray) -> np.ndarray:

@@ -30,7 +30,7 @@ def test_rigid_turn_is_followed_beyond_180_degrees(finger_problem, half_finger, 
 
 
 @pytest.mark.parametrize("degrees", [7.0, -7.0])
-@pytest.mark.parametrize("tilt", [0.0, 90.0])
+@pytest.mark.parametrize("tilt", [0.0, 28.6, 90.0])
 def test_whole_body_finds_its_own_plane(finger_problem, half_finger, mirrored, tilt, degrees):
     # catches a plane of bending that is lost without a symmetry plane
     problem = finger_problem(Loads([]), mesh=mirrored(half_finger, "symmetry"), symmetry={})

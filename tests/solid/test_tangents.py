@@ -191,11 +191,11 @@ def test_cavity_volume_is_that_of_the_tets_that_fill_it(void):
     space = build_space(mesh)
     filled = build_space(type(full)(wavy(full.points), full.tets, full.volumes, {}))
     air = filled.weight[filled.region_slices["air"]].sum()
-    cavity = Cavity(space.surfaces["cavity main"], np.zeros(3))
+    cavity = Cavity(space.surfaces["cavity main"], np.zeros(3), np.full(3, 1 / 3))
     assert cavity.volume(space.points) == pytest.approx((4 * MM) ** 3, rel=1e-12)
     assert cavity.volume(wavy(space.points)) == pytest.approx(air, rel=1e-12)
     # a closed surface knows no origin
-    elsewhere = Cavity(space.surfaces["cavity main"], np.array([0.1, -0.2, 0.3]))
+    elsewhere = Cavity(space.surfaces["cavity main"], np.array([0.1, -0.2, 0.3]), np.array([0.0, 0.7, 0.3]))
     assert elsewhere.volume(wavy(space.points)) == pytest.approx(air, rel=1e-9)
 
 
@@ -210,12 +210,13 @@ def test_half_a_cavity_encloses_half(verification, finger_problem, mirrored, hal
         np.testing.assert_allclose(volume, 6 * MM * 8 * MM * 5 * MM, rtol=1e-12)
 
 
-def test_cavity_gradient_and_hessian(void, slopes, closest):
+@pytest.mark.parametrize("share", [(1 / 3, 1 / 3, 1 / 3), (0.5, 0.0, 0.5), (0.0, 1.0, 0.0)])
+def test_cavity_gradient_and_hessian(void, slopes, closest, share):
     # catches errors of the follower force and of its tangent
     mesh, _ = void
     space = build_space(mesh)
     faces = space.surfaces["cavity main"][::5]  # open: the derivatives hold face by face
-    cavity = Cavity(faces, np.array([1.0, 2.0, 3.0]) * MM)
+    cavity = Cavity(faces, np.array([1.0, 2.0, 3.0]) * MM, np.array(share))
     rng = np.random.default_rng(3)
     place = wavy(space.points) + 0.2 * MM * rng.standard_normal(space.points.shape)
     unit = 1 * MM
@@ -226,7 +227,7 @@ def test_cavity_gradient_and_hessian(void, slopes, closest):
         now[nodes] += unit * y.reshape(6, 3)
         return now
 
-    one = Cavity(faces[:1], cavity.origin)
+    one = Cavity(faces[:1], cavity.origin, cavity.share)
     gradient = one.gradient(place)[0]
     found = [
         s[0] / unit for s in slopes(lambda y: np.array([one.volume(each(y))]), 18, steps=(1e-2, 1e-3, 1e-4))
