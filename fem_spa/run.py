@@ -20,6 +20,7 @@ from fem_spa.output.progress import Progress
 from fem_spa.output.words import verdict
 from fem_spa.prepare import Setup, prepare
 from fem_spa.solid.problem import Result
+from fem_spa.units import brief
 
 EXIT = {"done": 0, "limit": 1, "diverged": 1, "interrupted": 1}
 
@@ -94,7 +95,12 @@ def run_deck(
 def refuse_place(path: Path) -> None:
     """Refuse an output folder that cannot be one."""
     for part in (path, *path.parents):
-        if part.exists():
+        try:
+            found = part.exists()
+        except (OSError, ValueError) as error:  # a name too long, or one that no file can have
+            why = getattr(error, "strerror", None) or error
+            raise InputError(f"given {brief(path)} for --out: {why}; give another folder") from None
+        if found:
             if not part.is_dir():
                 raise InputError(f"given {path} for --out: {part} is a file; give a folder, new or old")
             break

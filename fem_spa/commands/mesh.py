@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out or Path("out") / deck.name / f"{deck.name}.msh"
     if out.suffix not in (".msh", ".vtu"):
         raise InputError(f"given {out} for --out: the file's ending must be .msh or .vtu")
-    if out.is_dir():
+    if os.path.isdir(out):
         raise InputError(f"given {out} for --out: this is a folder; give a file ending in .msh or .vtu")
     refuse_place(out.parent)
     mesh = make_mesh(deck)

@@ -135,6 +135,24 @@ def test_metres_said_to_be_millimetres(deck: Deck, capsys: pytest.CaptureFixture
     refused(["solve", deck(unit="m")], capsys, "mm")
 
 
+def test_a_place_that_cannot_be_written(
+    deck: Deck, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Refused by the system when the folder is made: still a wrong input, not a fault of the program."""
+    path, mkdir = deck(), Path.mkdir
+
+    def refuse(self: Path, *args: object, **kinds: object) -> None:
+        if self.parts[0] == "closed":
+            raise PermissionError(13, "Permission denied")
+        mkdir(self, *args, **kinds)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    for command, place in (("solve", "closed/out"), ("mesh", "closed/block.msh")):
+        assert main([command, path, "--out", place]) == 2
+        last = capsys.readouterr().err.splitlines()[-1]
+        assert "Permission denied" in last and place in last
+
+
 def test_a_symmetry_surface_of_a_file_needs_its_plane(
     deck: Deck, block: TaggedMesh, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -162,6 +180,9 @@ def test_command_lines(deck: Deck, capsys: pytest.CaptureFixture[str]) -> None:
     refused(["solve", path, "--ou", "x", "--nothing"], capsys, "--nothing")
     refused(["solve", path, "--resume"], capsys, "--resume")
     refused(["solve", path, "--out", "deck.toml"], capsys, "is a file")
+    refused(["solve", path, "--out", "deck.toml/below"], capsys, "is a file")
+    refused(["solve", path, "--out", "x" * 300], capsys, "--out", "give another folder")
+    refused(["mesh", path, "--out", "x" * 300 + ".msh"], capsys, "--out")
     refused(["mesh", path, "--out", "x.stl"], capsys, ".msh or .vtu")
     refused(["study", "no_such_study"], capsys, "there is no such study")
 

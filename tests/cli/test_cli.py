@@ -13,9 +13,12 @@ from pathlib import Path
 import pytest
 
 from fem_spa.cli import main
+from fem_spa.run import run_deck
 from geometry.files import read_mesh
+from geometry.tagged import TaggedMesh
 
 Deck = Callable[..., str]
+BEYOND = ["loads.pressure='5 MPa'", "loads.path=[]"]
 
 
 def test_help_imports_nothing_heavy() -> None:
@@ -115,3 +118,26 @@ def test_more_than_the_body_bears_ends_with_status_1(deck: Deck) -> None:
     assert result["status"] in ("limit", "diverged")
     assert len(Path("out/deck/curve.csv").read_text().splitlines()) > 1
     assert "mm" in result["message"]
+
+
+def test_a_mesh_without_tip_has_no_angle_and_says_so(
+    deck: Deck, block: TaggedMesh, capsys: pytest.CaptureFixture[str]
+) -> None:
+    surfaces = {name: faces for name, faces in block.surfaces.items() if name != "tip"}
+    assert main(["solve", deck(surfaces=surfaces)]) == 0
+    assert "no surface 'tip'" in capsys.readouterr().out
+
+
+def test_a_study_ends_with_its_warnings_and_the_place_of_its_report(
+    deck: Deck, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A study that does not reach its end says why, and its exit status is 1."""
+    from studies import slow_module
+
+    deck()
+    monkeypatch.setattr(slow_module, "DECK", Path("deck.toml").resolve())
+    monkeypatch.setattr(slow_module, "run", lambda out: run_deck(slow_module.DECK, out, BEYOND).exit_status)
+    assert main(["study", "slow_module"]) == 1
+    captured = capsys.readouterr()
+    assert "See out/slow_module/report.html" in captured.out.replace("\\", "/")
+    assert "element" in captured.err.splitlines()[-1]

@@ -20,7 +20,7 @@ from fem_spa.output.toml import to_toml
 
 @dataclass
 class Run:
-    """What a study left: exit status, printed words, columns of curve.csv, result.json."""
+    """What a study left: exit status, printed words, columns of its curve.csv, its (first) result.json."""
 
     status: int
     said: str
@@ -48,8 +48,9 @@ def study(
         with open(folder / "curve.csv", newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         curve = {key: [float(row[key] or "nan") for row in rows] for key in rows[0]}
-        result = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        assert (folder / "report.html").is_file() and (folder / "shape.png").is_file()
+        record = next(iter(sorted(folder.rglob("result.json"))))
+        assert (record.parent / "report.html").is_file() and (record.parent / "shape.png").is_file()
+        result = json.loads(record.read_text(encoding="utf-8"))
         return Run(status, capsys.readouterr().out, curve, result)
 
     return run
