@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -269,6 +270,14 @@ def slug(text: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "material"
 
 
+def _common_name(specimens: Sequence[Specimen]) -> str:
+    """What the files' names begin with, where that says something; else the first one's."""
+    stems = [Path(s.file).stem for s in specimens]
+    same = [letters[0] for letters in takewhile(lambda c: len(set(c)) == 1, zip(*stems, strict=False))]
+    common = slug("".join(same))
+    return common if len(common) >= 4 else slug(stems[0])
+
+
 def _card(
     options: Options,
     chosen: Ranked,
@@ -315,7 +324,7 @@ def _card(
         inelastic["mullins_from"] = mullins[0][0].name
     files = dict.fromkeys((s.file, s.sha256) for s in raw)
     return Card(
-        name=options.name or slug(Path(used[0].file).stem),
+        name=options.name or _common_name(used),
         law=fit.law,
         parameters=fit.parameters,
         intervals={} if u is None else u.intervals,

@@ -178,15 +178,15 @@ def _residuals(
     mine = outcome.data.mode == mode
     order = np.argsort(outcome.data.stretches[0][mine], kind="stable")
     l = outcome.data.stretches[0][mine][order]
+    several = len(set(outcome.data.specimen[mine].tolist())) > 1
+    style = "," if several else ".-" if l.size < 60 else "-"
     largest = 0.0
     for r in rows:
         error = (predict(r.fit.law, r.fit.parameters, outcome.data.stretches) - outcome.data.stress)[mine][
             order
         ] / 1e3
         best = r.name == outcome.chosen.name
-        axes.plot(
-            l, error, ".-" if l.size < 60 else "-", color=colours[r.name], lw=2.0 if best else 1.0, ms=3
-        )
+        axes.plot(l, error, style, color=colours[r.name], lw=2.0 if best else 1.0, ms=3)
         if best or r is rows[0]:
             largest = max(largest, float(np.max(np.abs(error))))
     axes.set_ylim(-2.5 * largest - 1e-9, 2.5 * largest + 1e-9)
