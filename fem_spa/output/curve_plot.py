@@ -12,7 +12,7 @@ import numpy as np
 
 from fem_spa.output.files import write_whole
 from fem_spa.output.style import ACCENT, GREY, SECOND, WARN, figure, tidy
-from fem_spa.output.words import number, pressures
+from fem_spa.output.words import ended_at_touch, number, pressures
 from fem_spa.solid.problem import Problem, Result, Row
 
 PATH = "length of the load path [kPa]"
@@ -126,8 +126,9 @@ def _touch_line(axes: Any, result: Result, place: float | None, falls: bool = Fa
     axes.axvspan(place, max(high, place), color=WARN, alpha=0.07, linewidth=0, zorder=0)
     axes.set_xlim(low, max(high, place))
     early = place < 0.5 * (low + high)
+    beyond = "" if ended_at_touch(result) else ";\nbeyond: without contact"
     axes.annotate(
-        f"walls touch at\n{pressures(result.touch_pressure, 3)};\nbeyond: without contact",
+        f"walls touch at\n{pressures(result.touch_pressure, 3)}{beyond}",
         (place, 0.97 if early != falls else 0.14),
         xycoords=("data", "axes fraction"),
         xytext=(6 if early else -6, 0),

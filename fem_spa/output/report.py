@@ -119,18 +119,18 @@ def _table(problem: Problem, rows: Sequence[Row]) -> str:
 
 
 def _rows(problem: Problem, rows: Sequence[Row]) -> str:
+    """The rows as a table; a column without a number (the angle of a body without tip) is left out."""
     cavities = problem.mesh.cavities
     force = rows[0].force is not None
     names = header(cavities, force)
-    head = "".join(f"<th>{_text(cell)}</th>" for cell in names)
+    numbers = [values(row, cavities, force) for row in rows]
+    shown = [i for i in range(len(names)) if any(math.isfinite(row[i]) for row in numbers)]
+    head = "".join(f"<th>{_text(names[i])}</th>" for i in shown)
     body = "".join(
         f'<tr class="{"point" if row.is_point else ""}">'
-        + "".join(
-            f"<td>{_cell(name, value)}</td>"
-            for name, value in zip(names, values(row, cavities, force), strict=True)
-        )
+        + "".join(f"<td>{_cell(names[i], cells[i])}</td>" for i in shown)
         + "</tr>"
-        for row in rows
+        for row, cells in zip(rows, numbers, strict=True)
     )
     table = f'<table class="numbers"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
     return f'<div class="scroll">{table}</div>'

@@ -74,7 +74,10 @@ def verdict(problem: Problem, result: Result, rows: Sequence[Row]) -> str:
         sentence = (
             f"{head}: reached {pressures(last.pressure)} of {end_wanted(problem)}; there {outcome(last)}."
         )
-    if result.touch_pressure:
+    if result.touch_pressure and ended_at_touch(result):
+        first = pressures(result.touch_pressure, 3)
+        sentence = f"{sentence[:-1]}; walls touch at {first}, and the path ends before, as asked."
+    elif result.touch_pressure:
         first = pressures(result.touch_pressure, 3)
         sentence += f" Without contact: walls pass through one another from {first} on."
     peak = highest(rows)
@@ -92,10 +95,17 @@ def highest(rows: Sequence[Row]) -> Row | None:
     return rows[top] if top + 1 < len(values) and values[top] > 1.001 * max(values[-1], 0.0) else None
 
 
+def ended_at_touch(result: Result) -> bool:
+    """Whether the path ended before walls would pass through one another (`solver.stop_at_touch`)."""
+    return result.status == "done" and bool(result.touch_pressure) and "path ends there" in result.message
+
+
 def touch(result: Result) -> str | None:
     """The sentence about walls that touch, or None; contact is not part of this version."""
     if not result.touch_pressure:
         return None
+    if ended_at_touch(result):
+        return f"{result.message[0].upper()}{result.message[1:]}. Contact is not part of this version."
     return (
         f"Walls touch from {pressures(result.touch_pressure, 3)} on. This version has no contact mechanics: "
         "beyond that pressure the curve is that of walls which pass through one another."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from fem_spa.output import files
 from fem_spa.output.files import write_whole
 from fem_spa.output.folder import ResultFolder
 from fem_spa.output.record import record, to_json
+from fem_spa.output.report import _rows
 from fem_spa.output.table import curve_csv
 from fem_spa.solid.problem import Problem, Result, Row
 
@@ -115,3 +117,13 @@ def test_the_record_is_strict_json(make_problem: Make, make_rows: Make, make_res
     body = read["materials"]["body"]
     assert body["source"] == "a paper" and body["bulk"]["value"] == "inf"
     assert body["shear_modulus"] == {"value": 2e5, "unit": "Pa"}
+
+
+def test_a_report_leaves_out_columns_without_a_number(make_problem: Make, make_rows: Make) -> None:
+    """A body without a tip has no angle: no column of "none" in the page; curve.csv keeps its columns."""
+    rows = make_rows(3)
+    assert "angle [deg]" in _rows(make_problem(), rows)
+    blind = [replace(row, angle=math.nan, tip=np.full(3, math.nan)) for row in rows]
+    table = _rows(make_problem(), blind)
+    assert "angle [deg]" not in table and "tip x" not in table and "none" not in table
+    assert "volume [mm^3]" in table

@@ -20,7 +20,7 @@ from fem_spa.output.render import RenderingFailed
 from fem_spa.output.report import write_report
 from fem_spa.output.shape_picture import ShapePicture
 from fem_spa.output.surface import on_paper, outside
-from fem_spa.output.words import highest, number, pressures, verdict
+from fem_spa.output.words import all_warnings, highest, number, pressures, verdict
 
 Make = Callable[..., Any]
 
@@ -166,6 +166,10 @@ def test_verdicts(make_problem: Make, make_rows: Make, make_result: Make) -> Non
     assert halted == "Interrupted: reached 5 kPa of 10 kPa; there the tip has turned by 20°."
     touching = verdict(problem, make_result(rows, touch_pressure={"main": 1230.0}), rows)
     assert "walls pass through one another from 1.23 kPa on" in touching
+    ended = make_result(rows, touch_pressure={"main": 1230.0})
+    ended.message = "walls touch at main 1.23 kPa, near (1, 2, 3) mm; as asked, the path ends there"
+    assert "walls touch at 1.23 kPa, and the path ends before, as asked" in verdict(problem, ended, rows)
+    assert [text for text in all_warnings(ended) if "pass through" in text] == []
 
 
 def test_limit_point_is_found(make_rows: Make) -> None:
@@ -186,3 +190,11 @@ def test_numbers() -> None:
         "0",
     ]
     assert pressures({"slow": 4e4, "fast": 2e4}) == "slow 40 kPa, fast 20 kPa"
+
+
+def test_nodes_without_a_stretch_take_their_neighbours() -> None:
+    """An element turned inside out at a node has no stretch there: no spot, and no empty picture."""
+    triangles = np.array([[0, 1, 2], [1, 2, 3], [2, 3, 4]])
+    filled = shape_picture._filled(np.array([1.0, 2.0, 3.0, np.nan, np.nan]), triangles)
+    assert np.all(np.isfinite(filled)) and filled.min() == 1.0 and filled.max() == 3.0
+    assert np.array_equal(shape_picture._filled(np.full(5, np.nan), triangles), np.ones(5))
