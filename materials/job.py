@@ -24,7 +24,8 @@ from materials.prony import Prony, fit_creep, fit_prony
 from materials.ranking import Ranked, Ranking, asked_ranges, rank
 from materials.reading import read_test
 from materials.response import principal_stretches
-from materials.specimen import Specimen, find_toe, first_loading, in_range, noise, outliers, thin, without_toe
+from materials.rest import find_preload, find_toe, without_preload, without_toe
+from materials.specimen import Specimen, first_loading, in_range, noise, outliers, thin
 from materials.user_law import load_law
 
 TOE = ("auto", "on", "off")
@@ -41,7 +42,8 @@ class Options:
     stretch : (low, high), only rows in it are fitted; None: all
     stable : fit under the constraint of stability
     stable_stretch : (low, high) over which stability is asked in each mode; None: up to the tests' I1 - 3
-    toe : "auto": tests of force and displacement lose their toe, others are only told of; "on"; "off"
+    toe : "auto": tests of force and displacement are freed of toe and pre-load, others are only told of;
+        "on"; "off"
     drop_outliers : leave out rows that stand apart (they are named either way)
     mode : of files that do not state theirs
     ignore_time : take rows as they stand although their times are out of order
@@ -156,6 +158,15 @@ def prepare(s: Specimen, options: Options) -> tuple[Specimen | None, list[str]]:
             notes.append(
                 f"{s.name}: toe up to stretch {toe.end:.3f} (the slope rises {toe.rise:.1f} times); "
                 f"--toe on leaves it out and moves the rest length by {100 * (toe.rest - 1):+.1f} %"
+            )
+    preload = None if options.toe == "off" or toe is not None else find_preload(s)
+    if preload is not None:
+        if options.toe == "on" or s.from_force:
+            s = without_preload(s, preload)
+        else:
+            notes.append(
+                f"{s.name}: stress at stretch 1, as of a pre-load stretching by {100 * (preload - 1):.1f} %; "
+                "--toe on counts the stretch from the unloaded length"
             )
     notes = list(s.notes) + notes
     if options.stretch is not None:

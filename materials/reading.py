@@ -4,7 +4,8 @@ Read are the columns `stretch`, `strain`, `true strain`, `nominal stress [MPa]`,
 `force [N]`, `displacement [mm]`, `time [s]`, `specimen`; `engineering` is `nominal`, a unit may
 stand in round brackets, and cells may be parted by comma, semicolon or tab. `# key: value` lines
 before the header: `mode` (uniaxial, equibiaxial, planar), `test` (pull, cyclic, relaxation, creep),
-`area`, `gauge length`. Other lines before the header are passed over (machines write such).
+`area`, `gauge length`, `preload` (a force that was on when force and displacement were set to zero).
+Other lines before the header are passed over (machines write such).
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ KEYS = (
     "test",
     "area",
     "gauge length",
+    "preload",
     "specimen",
     "material",
     "source",
@@ -337,4 +339,5 @@ def _stress(
         raise MaterialError(
             f"{where}: an area of {area:g} m^2 is not that of a specimen; 0.001 mm^2 to 1 m^2 is allowed"
         )
-    return table["force"] / area, True
+    before = quantity(meta["preload"], "force", f"{where}, preload") if "preload" in meta else 0.0
+    return (table["force"] + before) / area, True

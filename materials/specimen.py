@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -177,55 +176,3 @@ def _robust_poly(x: Array, y: Array, degree: int) -> float:
         scale = 2.0 * float(np.median(r)) + 1e-12 * (float(np.max(np.abs(y))) or 1.0)
         w = 1.0 / (1.0 + (r / scale) ** 2)
     return float(c[-1])
-
-
-@dataclass(frozen=True)
-class Toe:
-    """A slack beginning: the stretch at which the specimen is truly at rest, and where its toe ends."""
-
-    rest: float
-    end: float
-    rise: float
-
-
-def find_toe(s: Specimen, bins: int = 24) -> Toe | None:
-    """The toe of a tensile test, or None.
-
-    A rubber is steepest at rest and softens; grips that settle, slack and a pre-load that was zeroed
-    make the first slopes too low. The slope in bins over the first third of the strain (at most a
-    stretch of 1.6) is compared with its greatest value there: a toe is a first slope below 0.7 of it.
-    The tangent at the steepest place meets zero stress at the true rest (ASTM D638, annex A1).
-    """
-    reach = float(s.stretch.max()) - 1.0
-    if reach < 0.1 or s.kind != "pull":
-        return None
-    top = 1.0 + min(0.6, reach / 3.0)
-    index = np.flatnonzero(s.stretch <= top)
-    if index.size < 9:
-        return None
-    l, p = s.stretch[index], s.stress[index]
-    edges = np.linspace(l.min(), l.max(), min(bins, index.size // 3) + 1)
-    slopes, centres = [], []
-    for a, b in pairwise(edges):
-        inside = (l >= a) & (l <= b)
-        if inside.sum() >= 3 and np.ptp(l[inside]) > 0:
-            slopes.append(float(np.polyfit(l[inside], p[inside], 1)[0]))
-            centres.append(float(l[inside].mean()))
-    if len(slopes) < 3:
-        return None
-    k = int(np.argmax(slopes))
-    if k == 0 or slopes[0] > 0.7 * slopes[k] or slopes[k] <= 0:
-        return None
-    at = float(np.interp(centres[k], l, p))
-    rest = centres[k] - at / slopes[k]
-    if not l.min() - 0.05 < rest < centres[k]:
-        return None
-    return Toe(rest, centres[k], slopes[k] / max(slopes[0], 0.01 * slopes[k]))
-
-
-def without_toe(s: Specimen, toe: Toe) -> Specimen:
-    """The rows past the toe, strains counted from the true rest (ASTM D638: the origin is moved)."""
-    keep = s.stretch >= toe.end
-    note = f"{s.name}: toe up to stretch {toe.end:.3f} left out, rest moved by {100 * (toe.rest - 1):+.1f} %"
-    picked = s.pick(keep, note)
-    return replace(picked, stretch=picked.stretch - (toe.rest - 1.0))

@@ -11,7 +11,8 @@ from material_samples import NEEDS_DATA, csv, data_folder
 from materials.errors import MaterialError
 from materials.job import Options, prepare
 from materials.reading import read_test
-from materials.specimen import find_toe, first_loading, mean_curve, noise, outliers, thin
+from materials.rest import find_preload, find_toe
+from materials.specimen import first_loading, mean_curve, noise, outliers, thin
 
 L = np.linspace(1.0, 2.0, 21)
 P = 0.2 * (L - L**-2)  # MPa
@@ -219,12 +220,34 @@ def test_toe_moves_the_rest_length_back(tmp_path: Path) -> None:
     assert off(ready) < 0.35 * off(raw)
 
 
+def test_preload_is_counted_in(tmp_path: Path) -> None:
+    """Clamped at 4 % stretch, force and displacement set to zero there: `# preload` makes the curve whole."""
+    l0 = 1.04
+    length = 25.0  # mm, between the grips when the test starts
+    x = np.linspace(0, 25, 300)
+    l = l0 * (1 + x / length)
+    force = 24 * 0.2 * (l - l**-2)
+    head = "# area: 24 mm^2\n# gauge length: 25 mm\n"
+    columns = {"displacement [mm]": x, "force [N]": force - force[0]}
+    path = csv(tmp_path / "a.csv", columns, f"{head}# preload: {force[0]:.9f} N\n")
+    (s,) = read_test(path)
+    assert find_preload(s) == pytest.approx(l0, abs=0.004)
+    ready, said = prepare(s, Options())
+    assert ready is not None and any("pre-load" in note for note in said)
+    assert np.allclose(
+        ready.stress, 2e5 * (ready.stretch - ready.stretch**-2), atol=0.02 * ready.stress.max()
+    )
+    (tared,) = read_test(csv(tmp_path / "b.csv", columns, head))
+    assert find_preload(tared) is None
+
+
 def test_a_rubber_without_toe_has_none(tmp_path: Path) -> None:
     fine = np.linspace(1, 2, 200)
     (s,) = read_test(
         csv(tmp_path / "a.csv", {"stretch": fine, "nominal stress [MPa]": 0.2 * (fine - fine**-2)})
     )
     assert find_toe(s) is None
+    assert find_preload(s) is None
 
 
 def test_noise_is_measured_and_thinning_keeps_the_ends(tmp_path: Path) -> None:
