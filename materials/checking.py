@@ -74,6 +74,11 @@ def check(s: Specimen, said_stretch: bool, bare_strain: bool) -> Specimen:
         raise MaterialError(
             f"{s.name}: the stretch stays at {l.mean():.4g}; at least 0.1 % of change is needed"
         )
+    different = np.unique(np.round(l, 9)).size
+    if different < 4:
+        raise MaterialError(
+            f"{s.name}: only {different} different stretches in {l.size} rows; at least 4 are needed"
+        )
     if np.ptp(p) == 0:
         raise MaterialError(f"{s.name}: the stress is {p[0]:g} Pa all along: is it in another column?")
     _check_origin(s, said_stretch)
@@ -112,8 +117,9 @@ def _check_signs(s: Specimen) -> None:
         np.abs(s.stress) > 0.05 * np.max(np.abs(s.stress))
     )
     wrong = far & (strain * s.stress < 0)
-    limit = 0.02 if s.kind == "pull" else 0.25
-    if far.any() and wrong.sum() > limit * far.sum():
+    limit = 0.05 if s.kind == "pull" else 0.25
+    many = wrong.sum() >= 3 or wrong.sum() > 0.25 * far.sum()
+    if far.any() and many and wrong.sum() > limit * far.sum():
         i = int(np.flatnonzero(wrong)[0])
         line = "" if s.rows is None else f" (first at line {int(s.rows[i])})"
         side = (

@@ -193,6 +193,7 @@ def fit_tests(files: Sequence[str | Path], options: Options | None = None) -> Ou
     wanted = chosen_variants(options.laws)
     paths = find_tests(files, options.data)
     raw = [s for path in paths for s in read_test(path, options.mode, options.ignore_time)]
+    _refuse_twice(raw)
     notes: list[str] = []
     used: list[Specimen] = []
     for s in raw:
@@ -213,6 +214,16 @@ def fit_tests(files: Sequence[str | Path], options: Options | None = None) -> Ou
     warnings = [*chosen.warnings, *trouble, *_law_warnings(ranking, chosen)]
     card = _card(options, chosen, ranking, used, raw, prony, mullins)
     return Outcome(card, ranking, chosen, used, data, notes, warnings, prony, mullins)
+
+
+def _refuse_twice(specimens: Sequence[Specimen]) -> None:
+    """The same rows twice would count as two specimens."""
+    seen: dict[tuple[str, str], str] = {}
+    for s in specimens:
+        key = (s.sha256, s.name.removeprefix(s.file))
+        if key in seen:
+            raise MaterialError(f"{seen[key]} and {s.file} are the same, byte for byte; give each test once")
+        seen[key] = s.file
 
 
 def fit_each(files: Sequence[Path], options: Sequence[Options]) -> list[Outcome]:

@@ -78,18 +78,19 @@ def run(arguments: argparse.Namespace) -> int:
         outcome = fit_tests(files, options)
         target = arguments.out or Path("out") / f"{outcome.card.name}.toml"
         target = target if target.suffix == ".toml" else target / f"{outcome.card.name}.toml"
+        page = _write(outcome, target, command)
         print(_report(outcome))
-        _write(outcome, target, command)
+        print(f"\nCard {target}, see {page}")
         return 0
     folder = arguments.out or Path("out")
     _refuse_twins(files)
     outcomes = fit_each(files, [_named(options, slug(file.stem)) for file in files])
-    print(_summary(outcomes))
     from materials.overview import save_overview
 
     for outcome in outcomes:
         _write_card(outcome, folder / f"{outcome.card.name}.toml")
     save_overview(outcomes, folder / "overview.png", folder / "overview.html", command)
+    print(_summary(outcomes))
     print(f"{len(outcomes)} cards in {folder}, see {folder / 'overview.html'}")
     return 0
 
@@ -178,15 +179,14 @@ def _write_card(outcome: Outcome, target: Path) -> None:
         raise InputError(f"--out {target} cannot be written: {error.strerror}; give another place") from None
 
 
-def _write(outcome: Outcome, target: Path, command: str) -> None:
-    """Card, picture, page."""
+def _write(outcome: Outcome, target: Path, command: str) -> Path:
+    """Card, picture, page; where the page is."""
     from materials.page import save_page
     from materials.picture import save_picture
 
     _write_card(outcome, target)
     picture = save_picture(outcome, target.with_suffix(".png"))
-    page = save_page(outcome, picture, target.with_suffix(".html"), command)
-    print(f"\nCard {target}, see {page}")
+    return save_page(outcome, picture, target.with_suffix(".html"), command)
 
 
 def _report(outcome: Outcome) -> str:

@@ -93,6 +93,9 @@ def test_unstable_law_is_named_on_the_terminal(tmp_path: Path, capsys: pytest.Ca
         (["a.csv", "--range", "1:1.01"], "fewer than 5 rows"),
         (["a.csv", "--density", "3"], "without a unit"),
         (["a.csv", "--toe", "maybe"], "is not known"),
+        (["a.csv", "./a.csv"], "give each test once"),
+        (["a.csv", "--law", "neo-hooke", "--out", "a.csv"], "cannot be written"),
+        (["--law", "yeoh"], "given no test"),
     ],
 )
 def test_wrong_calls_write_nothing(

@@ -100,6 +100,11 @@ M = np.linspace(0.5, 1.5, 21)
         ({"stretch": P + 0.01, "nominal stress [MPa]": L}, "", "a time or a strain"),
         ({"strain": L, "nominal stress [MPa]": P}, "", "is the strain a stretch"),
         ({"stretch": L, "nominal stress [MPa]": T}, "", "is that column a time"),
+        (
+            {"stretch": [1.0, 1.1, 1.1, 1.1, 1.1], "nominal stress [MPa]": P[:5]},
+            "",
+            "only 2 different stretches",
+        ),
         ({"strain": P, "nominal stress [MPa]": L - 1}, "", "the stress in another one"),
         ({"stretch": L, "nominal stress [MPa]": 0 * L + 1}, "", "all along"),
         ({"stretch": L, "nominal stress [MPa]": P, "true stress [MPa]": P / L}, "", "wrong place"),
