@@ -131,6 +131,18 @@ def test_bad_element(deck: Deck, block: TaggedMesh, capsys: pytest.CaptureFixtur
     refused(["solve", deck(points=points)], capsys)
 
 
+@pytest.mark.parametrize("file", ["junk.msh", "cut.msh", "empty.msh", "junk.step", "folder.msh"])
+def test_a_file_that_is_not_a_mesh(deck: Deck, capsys: pytest.CaptureFixture[str], file: str) -> None:
+    path = deck()
+    whole = Path("block.msh").read_bytes()
+    content = {"cut.msh": whole[: len(whole) // 2], "empty.msh": b""}.get(file, b"\x00\x01junk" * 50)
+    if file == "folder.msh":
+        Path(file).mkdir()
+    else:
+        Path(file).write_bytes(content)
+    refused(["solve", path, "--set", f"geometry.file={file}"], capsys, file)
+
+
 def test_metres_said_to_be_millimetres(deck: Deck, capsys: pytest.CaptureFixture[str]) -> None:
     refused(["solve", deck(unit="m")], capsys, "mm")
 
