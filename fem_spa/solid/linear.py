@@ -7,6 +7,8 @@ wants, and then solves. Nothing else in the program knows which one it is.
 from __future__ import annotations
 
 import ctypes
+import os
+from importlib.metadata import files
 from typing import Protocol
 
 import numpy as np
@@ -37,7 +39,7 @@ def make_solver(pattern: Pattern, backend: str = "auto") -> LinearSolver:
     if backend in ("auto", "pardiso"):
         try:
             return Pardiso(pattern)
-        except (ImportError, OSError):
+        except (ImportError, OSError):  # PackageNotFoundError is an ImportError
             if backend == "pardiso":
                 raise
     return SuperLU(pattern)
@@ -53,6 +55,10 @@ class Pardiso:
     name = "pardiso"
 
     def __init__(self, pattern: Pattern) -> None:
+        # pypardiso searches the whole environment for MKL, twice, unless it is told where it is
+        for file in files("mkl") or ():
+            if "mkl_rt" in file.name:
+                os.environ.setdefault("PYPARDISO_MKL_RT", str(file.locate()))
         from pypardiso import PyPardisoSolver
 
         self._pardiso = PyPardisoSolver().libmkl.pardiso

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fem_spa.solid.system import norm
+
 _HIGHEST = 4
 
 
@@ -20,12 +22,11 @@ class Predictor:
     def add(self, length: float, x: np.ndarray, pressure: np.ndarray) -> None:
         """A converged state at `length` (dimensionless) along the path."""
         if len(self.known) >= 2:
-            scale = np.abs(x).max()
             errors = []
             for order in range(min(_HIGHEST, len(self.known) - 1) + 1):
                 weights, states = self._weights(length, order)
                 guess = sum(w * s[1] for w, s in zip(weights, states, strict=True))
-                errors.append(float(np.linalg.norm(guess - x)) / max(scale, 1e-300))
+                errors.append(norm(guess - x))
             self.order = int(np.argmin(errors)) + (int(np.argmin(errors)) == len(errors) - 1)
         self.known.append((length, x.copy(), pressure.copy()))
         del self.known[: -(_HIGHEST + 1)]
