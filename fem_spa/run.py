@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import threading
@@ -168,7 +169,8 @@ def _partial(setup: Setup, folder: ResultFolder, status: str, message: str) -> R
         factorizations=0,
         seconds={},
     )
-    folder.finished(result)
+    with contextlib.suppress(Exception):  # the fault may be that fields cannot be written
+        folder.finished(result)
     return result
 
 

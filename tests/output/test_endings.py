@@ -85,6 +85,22 @@ def test_fault_of_the_program(
     assert "Traceback" not in capsys.readouterr().err
 
 
+def test_fields_that_cannot_be_written_leave_the_curve(
+    run: Callable[[BaseException], int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A fault on the writing thread ends the run as any other: what was reached is there, with a reason."""
+
+    def fails(self: Any, state: Any, row: Any) -> bytes:
+        raise RuntimeError("no fields today")
+
+    monkeypatch.setattr("fem_spa.output.folder.ResultFolder._fields", fails)
+    assert run(KeyboardInterrupt()) == 1
+    result = json.loads(Path("out/deck/result.json").read_text())
+    assert result["status"] == "diverged" and "no fields today" in result["message"]
+    assert len(Path("out/deck/curve.csv").read_text().splitlines()) > 1
+    assert "Traceback" not in capsys.readouterr().err
+
+
 def test_fault_before_the_start_writes_nothing(
     run: Callable[[BaseException], int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
