@@ -20,7 +20,17 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "materials")]
 
 from test_fitting import coverage  # noqa: E402
 
-NAMES = ("neo-hooke", "mooney-rivlin", "yeoh-2", "yeoh-3", "ogden-1", "gent", "arruda-boyce")
+NAMES = (
+    "neo-hooke",
+    "mooney-rivlin",
+    "yeoh-2",
+    "yeoh-3",
+    "ogden-1",
+    "ogden-2",
+    "gent",
+    "arruda-boyce",
+    "extended-tube",
+)
 
 
 def main() -> None:

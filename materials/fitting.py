@@ -314,4 +314,11 @@ def _search(
     if not thorough:
         return variables.values(rough[0][1])
     ends = [run(v, 1e-13, 300) for _, v in rough[: 2 if start is None else 1]]
-    return variables.values(min(ends, key=lambda pair: pair[0])[1])
+    values = variables.values(min(ends, key=lambda pair: pair[0])[1])
+    return _in_order(values) if law.name == "ogden" and start is None else values
+
+
+def _in_order(values: Array) -> Array:
+    """Ogden's terms by their part of the shear modulus, largest first: any order is the same law."""
+    terms = values.reshape(-1, 2)
+    return terms[np.argsort(-terms[:, 0] * terms[:, 1])].ravel()

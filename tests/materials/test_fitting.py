@@ -136,7 +136,9 @@ def test_intervals_cover_the_truth_500_draws_linear_laws(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["neo-hooke", "yeoh-2", "gent", "ogden-1", "arruda-boyce"])
+@pytest.mark.parametrize(
+    "name", ["neo-hooke", "yeoh-2", "gent", "ogden-1", "ogden-2", "arruda-boyce", "extended-tube"]
+)
 def test_intervals_cover_the_truth_500_draws(name: str) -> None:
     assert all(0.92 <= share <= 0.97 for share in coverage(name, 500).values())
 
