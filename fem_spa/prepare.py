@@ -166,7 +166,7 @@ def _from_card(deck: Deck, table: MaterialTable) -> tuple[Material, str]:
     bulk = card.bulk if table.bulk is None else table.bulk.si
     density = card.density if table.density is None else table.density.si
     bulk = small_strain(card.law, card.parameters, bulk).K
-    return Material(card.law, dict(card.parameters), bulk, density), f"card {card.name}: {card.source}"
+    return Material(card.law, dict(card.parameters), bulk, density, card), f"card {card.name}: {card.source}"
 
 
 def _card_path(deck: Deck, card: str) -> str:

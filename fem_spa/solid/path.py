@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from fem_spa.errors import InputError
+from fem_spa.solid.cards import CardWatch
 from fem_spa.solid.linear import make_solver
 from fem_spa.solid.newton import Constraint, Equilibrium, Factors, solve_equilibrium
 from fem_spa.solid.observables import Angle
@@ -69,6 +70,7 @@ class _Walk:
         self.setup(hold_tip=loads.tip_displacement is not None)
         self.angle = Angle(problem, space)
         self.walls: Walls | None = Walls(space, problem.symmetry)
+        self.cards = CardWatch(problem)
         n = len(self.system.cavities)
         self.x, self.pressure = self.system.rest(), np.zeros(n)
         self.rest_volume = self.system.evaluate(self.x, self.pressure, 0.0).volume
@@ -325,6 +327,7 @@ class _Walk:
             cavity_volume=dict(zip(system.cavities, volume.tolist(), strict=True)),
         )
         self.watch_walls(displacement, named)
+        self.warnings += self.cards.look(system, named)
         self.rows.append(row)
         self.state = state
         for observer in self.observers:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from geometry.tagged import TaggedMesh
+from materials.card import Card
 from materials.laws import Law
 
 
@@ -21,12 +22,14 @@ class Material:
     parameters : name -> value in SI (Pa or dimensionless), every parameter of the law
     bulk : bulk modulus in Pa, positive; `inf` is exactly incompressible
     density : kg/m^3, needed where gravity acts
+    card : where the numbers are from, if from a card; elements that leave its range are warned of
     """
 
     law: Law
     parameters: Mapping[str, float]
     bulk: float = float("inf")
     density: float | None = None
+    card: Card | None = None
 
 
 @dataclass(frozen=True)

@@ -254,6 +254,11 @@ class System:
         worst = int(np.argmax(stretch)) // stretch.shape[1]
         return float(stretch[worst].max()), worst
 
+    def region_invariants(self, region: str) -> tuple[np.ndarray, np.ndarray, int]:
+        """Isochoric I1, I2 (elements, n_q) of a region, as last evaluated, and its first element."""
+        part = self.space.region_slices[region]
+        return self._I1[part], self._I2[part], part.start
+
     def place(self, element: int) -> str:
         """Where an element is at rest, for messages."""
         centre = self.space.points[self.space.tets[element, :4]].mean(axis=0)
