@@ -22,11 +22,12 @@ def run(out: Path) -> int:
     for row in outcome.result.rows:
         if row.is_point and all(abs(row.pressure[name] - p) < 1.0 for name, p in EGG.items()):
             angle = np.degrees(row.angle)
+            off = 100 * (angle / EGG_ANGLE - 1)
             print(
-                f"At 20 kPa (slow) and 13.9 kPa (fast): {angle:.1f} deg; the paper's model needs\n"
-                f"these for {EGG_ANGLE} deg ({100 * (angle / EGG_ANGLE - 1):+.1f} %). What may account for it:\n"
-                "the paper's model is analytic; the sizes of joint, channel and end walls are not printed and\n"
-                "chosen here; and contact between the fast chambers, which bends them more, is not part of\n"
-                "this version, so that above the pressure of first touch the angle comes out too low."
+                f"At 20 kPa (slow) and 13.9 kPa (fast): {angle:.1f} deg; the paper's model needs these for\n"
+                f"{EGG_ANGLE} deg ({off:+.1f} %). What may account for it: the paper's model is analytic; the\n"
+                "sizes of joint, channel and end walls are not printed and chosen here; and contact between\n"
+                "the fast chambers, which bends them more, is not part of this version, so that above the\n"
+                "pressure of first touch the angle comes out too low."
             )
     return outcome.exit_status
