@@ -121,11 +121,14 @@ def _cauchy(J, I1, b, W1, W2, p, out):
 
 
 def _average(space: Space, volume: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Elements that are turned inside out at a node (no finite value there) do not count at it."""
     nodes = space.tets.ravel()
-    weight = np.repeat(volume, 10)
+    finite = np.isfinite(values).all(axis=-1).ravel()
+    weight = np.where(finite, np.repeat(volume, 10), 0.0)
     total = np.bincount(nodes, weight, space.n_nodes)
     columns = [
-        np.bincount(nodes, weight * values[..., k].ravel(), space.n_nodes) / total
+        np.bincount(nodes, weight * np.where(finite, values[..., k].ravel(), 0.0), space.n_nodes)
         for k in range(values.shape[-1])
     ]
-    return np.stack(columns, axis=1)
+    with np.errstate(invalid="ignore"):
+        return np.stack(columns, axis=1) / total[:, None]
