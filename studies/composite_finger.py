@@ -25,8 +25,8 @@ def run(out: Path) -> int:
             off = 100 * (angle / EGG_ANGLE - 1)
             print(
                 f"At 20 kPa (slow) and 13.9 kPa (fast): {angle:.1f} deg; the paper's model needs these for\n"
-                f"{EGG_ANGLE} deg ({off:+.1f} %). What may account for it: the paper's model is analytic; the\n"
-                "sizes of joint, channel and end walls are not printed and chosen here; and contact between\n"
+                f"{EGG_ANGLE} deg ({off:+.1f} %). What may account for it: the paper's model is analytic;\n"
+                "the sizes of joint, channel and end walls are not printed and chosen here; and contact between\n"
                 "the fast chambers, which bends them more, is not part of this version, so that above the\n"
                 "pressure of first touch the angle comes out too low."
             )
