@@ -25,7 +25,7 @@ def run(out: Path) -> int:
             off = 100 * (angle / EGG_ANGLE - 1)
             print(
                 f"At 20 kPa (slow) and 13.9 kPa (fast): {angle:.1f} deg; the paper's model needs them\n"
-                f"for {EGG_ANGLE} deg ({off:+.1f} %). What may account: the paper's model is analytic;\n"
+                f"for {EGG_ANGLE} deg ({off:+.1f} %). Possible reasons: the paper's model is analytic;\n"
                 "the sizes of joint, channel and end walls are not printed and chosen here; and contact\n"
                 "between the fast chambers, which bends them more, is not part of this version, so that\n"
                 "above the pressure of first touch the angle comes out too low."
