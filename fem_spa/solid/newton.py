@@ -184,6 +184,9 @@ def solve_equilibrium(
     last: np.ndarray | None = None
 
     def failed(why: str) -> Equilibrium:
+        # what was learnt on the way is of no use elsewhere
+        factors.updates.clear()
+        factors.distrust = max(factors.distrust, 1)
         return Equilibrium(x, pressure, e, iterations, False, why, history=history)
 
     while error > tolerance:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from fem_spa.errors import InputError
 from fem_spa.solid.problem import Problem
 from fem_spa.solid.space import Space
 from fem_spa.solid.system import AXES
+
+_NOISE = 1e-6  # rad: no rotation to speak of
+_CLEAR = 0.02  # rad: a rotation whose axis is no matter of the mesh
 
 
 class Angle:
@@ -17,9 +21,12 @@ class Angle:
     weighted by volume.
     "chord": rotation of the line from the base's to the tip's centroid.
 
-    The bending plane is the symmetry plane that contains the actuator's axis; without one it is the
-    plane in which the first load step turns the tip. Positive angles turn about the normal's positive
-    direction: with y as normal, from +x towards -z.
+    The bending plane is the symmetry plane that contains the actuator's axis; without one it is the plane
+    in which the load path turns the tip away from its shape under the dead loads, held fast once that
+    rotation exceeds a degree. Positive angles turn about the normal's positive direction (without a plane:
+    that in which its largest component is positive): with y as normal, from +x towards -z.
+
+    Raises InputError where "chord" has neither a surface `base` nor another fixed one to begin at.
     """
 
     def __init__(self, problem: Problem, space: Space) -> None:
@@ -33,17 +40,22 @@ class Angle:
         self.tip_nodes = np.flatnonzero(tip_weight)
         self.tip_weight = tip_weight[self.tip_nodes] / tip_weight.sum()
         tip = self.tip_weight @ points[self.tip_nodes]
-        if "base" in space.surfaces:
-            base_weight = corner_areas(space, "base")
+        facing = area_vector(space, "tip")
+        facing /= np.linalg.norm(facing)
+        begin = ["base"] if "base" in space.surfaces else list(problem.fixed)
+        if begin:
+            base_weight = sum((corner_areas(space, name) for name in begin), np.zeros(space.n_nodes))
             self.base_nodes = np.flatnonzero(base_weight)
             self.base_weight = base_weight[self.base_nodes] / base_weight.sum()
             along = tip - self.base_weight @ points[self.base_nodes]
+        elif self.kind == "chord":
+            raise InputError(
+                'given angle = "chord": it begins at the surface `base`, which the mesh does not have; '
+                'name it, or take "tip-face"'
+            )
         else:
-            self.base_nodes = np.zeros(0, dtype=int)
-            along = area_vector(space, "tip")
+            along = facing * float(np.ptp(points @ facing))
         # the whole actuator's axis lies in the planes that cut the tip; its centroid does, too
-        facing = area_vector(space, "tip")
-        facing /= np.linalg.norm(facing)
         self.planes: dict[int, float] = {}
         self.axis: np.ndarray | None = None
         for name, axis in problem.symmetry.items():
@@ -64,6 +76,11 @@ class Angle:
         else:
             self.nodes, self.weight = self.tip_nodes, self.tip_weight
         self.points = points
+        self.reference = np.zeros_like(points)
+
+    def begin_path(self, displacement: np.ndarray) -> None:
+        """The shape under the dead loads: from here the load path turns the tip."""
+        self.reference = displacement.copy()
 
     def tip(self, displacement: np.ndarray) -> np.ndarray:
         """(3,) m, centroid of the tip face of the whole actuator."""
@@ -74,33 +91,31 @@ class Angle:
             tip[i] = level
         return tip
 
+    def _marks(self, displacement: np.ndarray) -> np.ndarray:
+        """(n, 3) m: what turns, about its mean; for the chord the one line from base to tip."""
+        if self.kind != "chord":
+            marks = self.points[self.nodes] + displacement[self.nodes]
+            return marks - self.weight @ marks
+        line = self.tip(displacement) - self.base_weight @ (self.points + displacement)[self.base_nodes]
+        for i in self.planes:
+            line[i] = 0.0
+        return line[None]
+
     def __call__(self, displacement: np.ndarray) -> float:
         """rad; nan where the mesh has no tip. displacement : (n_nodes, 3) m"""
         if not self.known:
             return float("nan")
-        if self.kind == "chord":
-            rest = self.along[None]
-            base = (
-                self.base_weight @ (self.points + displacement)[self.base_nodes]
-                if len(self.base_nodes)
-                else np.zeros(3)
-            )
-            moved = (self.tip(displacement) - base)[None]
-            for i in self.planes:
-                moved[:, i] = 0.0
-            weight = np.ones(1)
-        else:
-            rest = self.points[self.nodes]
-            moved = rest + displacement[self.nodes]
-            rest = rest - self.weight @ rest
-            moved = moved - self.weight @ moved
-            weight = self.weight
+        weight = np.ones(1) if self.kind == "chord" else self.weight
+        rest, moved = self._marks(np.zeros_like(displacement)), self._marks(displacement)
         axis = self.axis
         if axis is None:
-            axis = rotation_axis(weight, rest, moved)
-            if axis is None:
-                return 0.0
-            self.axis = axis
+            axis, turned = rotation_axis(weight, self._marks(self.reference), moved)
+            if turned < _NOISE:
+                axis, turned = rotation_axis(weight, rest, moved)
+                if turned < _NOISE:
+                    return 0.0
+            elif turned > _CLEAR:
+                self.axis = axis
         cross = weight @ np.cross(rest, moved)
         in_plane = np.sum(rest * moved, axis=1) - (rest @ axis) * (moved @ axis)
         angle = float(np.arctan2(cross @ axis, weight @ in_plane))
@@ -109,18 +124,23 @@ class Angle:
         return angle
 
 
-def rotation_axis(weight: np.ndarray, rest: np.ndarray, moved: np.ndarray) -> np.ndarray | None:
-    """Axis of the best-fitting rotation of points (n, 3) about their mean (Kabsch); None if too small.
+def rotation_axis(weight: np.ndarray, rest: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, float]:
+    """Axis of the best-fitting rotation of points (n, 3) about their mean (Kabsch) and the sine of its angle.
 
-    Of unit length, its largest component positive.
+    Of unit length, its largest component positive. One point is a vector: the shortest rotation.
     """
+    if len(rest) == 1:
+        twist = np.cross(rest[0], moved[0])
+        return _unit(twist), float(np.linalg.norm(twist) / np.linalg.norm(rest) / np.linalg.norm(moved))
     u, _, vt = np.linalg.svd((weight[:, None] * rest).T @ moved)
     rotation = vt.T @ np.diag([1.0, 1.0, np.linalg.det(vt.T @ u.T)]) @ u.T
     skew = rotation - rotation.T
     twist = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
-    size = float(np.linalg.norm(twist))
-    if size < 1e-6:
-        return None
+    return _unit(twist), 0.5 * float(np.linalg.norm(twist))
+
+
+def _unit(twist: np.ndarray) -> np.ndarray:
+    size = max(float(np.linalg.norm(twist)), 1e-300)
     return twist / size * np.sign(twist[np.argmax(np.abs(twist))])
 
 

@@ -78,6 +78,12 @@ class _Walk:
         self.state: State | None = None
         self.iterations = 0
         self.warnings: list[str] = []
+        if self.walls.cross(space.points) is not None:
+            self.walls = None
+            self.warnings.append(
+                "The mesh's boundary passes through itself at rest, so walls are not watched; "
+                "mend the mesh there."
+            )
         self.touch: dict[str, float] | None = None
         self.fraction = 0.0
 
@@ -140,6 +146,7 @@ class _Walk:
             rest = self.system.evaluate(self.x, self.pressure, 0.0)
             self.equilibrium = Equilibrium(self.x, self.pressure, rest, 0, True)
         self.keep(self.equilibrium, is_point=True)
+        self.angle.begin_path(self.system.displacement(self.x))
         if self.problem.blocked and self.problem.loads.tip_displacement is None:
             self.account()
             self.setup(hold_tip=True)
@@ -219,7 +226,7 @@ class _Walk:
         smallest = self.steps.min_fraction * length
         while True:
             target = a + (b - a) * ((done + step) / length)
-            if done + step == length:
+            if step == length - done:
                 target = b
             x, pressure = predictor.predict(walked + step)
             factor = float(target[0]) if dead else 1.0
@@ -228,6 +235,7 @@ class _Walk:
             if equilibrium.converged:
                 return equilibrium, step
             predictor.lower()
+            self.system.settle_layers(self.x)
             step *= 0.5
             if step < smallest:
                 raise self.give_up(equilibrium, constraint, dead)
@@ -346,6 +354,8 @@ class _Walk:
             self.touch = {name: last[name] + part * (pressure[name] - last[name]) for name in pressure}
             at = ", ".join(f"{name} {1e-3 * p:.3g} kPa" for name, p in self.touch.items())
             where = ", ".join(f"{1e3 * c:.0f}" for c in place)
+            if self.steps.stop_at_touch and not self.rows:
+                raise _Stop("limit", f"walls touch under the dead loads alone, near ({where}) mm")
             if self.steps.stop_at_touch:
                 raise _Stop("done", f"walls touch at {at}, near ({where}) mm; as asked, the path ends there")
             self.warnings.append(

@@ -99,7 +99,11 @@ def _pierces(edges_of, face, position):
         c = position[face[2]]
         sp = _volume6(a, b, c, p)
         sq = _volume6(a, b, c, q)
-        if sp * sq >= 0.0:
+        # coplanar pieces have volumes of rounding size and of either sign
+        size = 0.0
+        for i in range(3):
+            size = max(size, abs(b[i] - a[i]), abs(c[i] - a[i]), abs(q[i] - p[i]), abs(p[i] - a[i]))
+        if sp * sq >= 0.0 or min(abs(sp), abs(sq)) < 1e-10 * size**3:
             continue
         s1 = _volume6(p, q, a, b)
         s2 = _volume6(p, q, b, c)
