@@ -14,6 +14,12 @@ from materials.specimen import Specimen
 LARGEST_STRAIN = 20.0
 """2000 %: no silicone goes further, so a bare strain above it is one in per cent."""
 
+ODD_STRAIN = 2.0
+"""A bare strain above it may be one of a few per cent: then its curve is nearly straight and very soft."""
+
+ODD_STIFFNESS, NO_STIFFNESS = 1e5, 1e4
+"""Pa: such a curve softer than the first is told of, softer than the second is refused."""
+
 
 def sort_out_kind(s: Specimen, stated_kind: bool, ignore_time: bool) -> Specimen:
     """`s` with its kind (a pull that turns back is cyclic), after a look at its time column.
@@ -58,7 +64,7 @@ def check(s: Specimen, said_stretch: bool, bare_strain: bool) -> Specimen:
     if bare_strain and (np.max(np.abs(l - 1.0)) > LARGEST_STRAIN or np.any(l <= 0)):
         raise MaterialError(
             f"{s.name}: strain goes from {l.min() - 1:g} to {l.max() - 1:g}, which no rubber bears: "
-            "is it in per cent? Then write `strain [%]`"
+            "is it in per cent? Then write `strain [%]`; if not, `strain [1]`"
         )
     if np.any(l <= 0):
         what = "stretch" if said_stretch else "stretch that follows from the strain"
@@ -85,7 +91,27 @@ def check(s: Specimen, said_stretch: bool, bare_strain: bool) -> Specimen:
     _check_steps(s)
     _check_signs(s)
     _check_modulus(s)
-    return _cut_rupture(s)
+    s = _cut_rupture(s)
+    return _check_per_cent(s) if bare_strain else s
+
+
+def _check_per_cent(s: Specimen) -> Specimen:
+    """A few per cent read as a few times: a rubber that goes so far bends its curve, or is far stiffer."""
+    strain = s.stretch - 1.0
+    top = float(strain.max())
+    near, far = (strain > 0.1 * top) & (strain < 0.4 * top), strain > 0.8 * top
+    if top <= ODD_STRAIN or not (near.any() and far.any()):
+        return s
+    secant = [float(np.median(s.stress[m] / strain[m])) for m in (near, far)]
+    if not (0.85 * secant[0] < secant[1] < 1.15 * secant[0] and secant[1] < ODD_STIFFNESS):
+        return s
+    words = (
+        f"{s.name}: strain without a unit up to {top:g}, with a stress over strain of only "
+        f"{secant[1]:.2g} Pa all along: is it in per cent? Then write `strain [%]`; if not, `strain [1]`"
+    )
+    if secant[1] < NO_STIFFNESS:
+        raise MaterialError(words)
+    return replace(s, notes=(*s.notes, words))
 
 
 def _check_steps(s: Specimen) -> None:
@@ -148,12 +174,31 @@ def _check_modulus(s: Specimen) -> None:
 
 
 def _cut_rupture(s: Specimen) -> Specimen:
-    """Without what follows a sudden loss of more than a fifth of the largest stress."""
+    """Without what follows a sudden loss of more than a fifth of the largest stress, for good: a row that
+    stands out while the curve goes on is an outlier and ends nothing."""
     if s.kind != "pull":
         return s
-    top = int(np.argmax(np.abs(s.stress)))
-    after = np.abs(s.stress[top:])
-    if after.size > 1 and after.min() < 0.8 * after[0] and top >= 4:
-        note = f"{s.name}: ruptured at stretch {s.stretch[top]:.3g}; {after.size - 1} rows after it left out"
+    index = _without_spikes(np.abs(s.stress))
+    p = np.abs(s.stress[index])
+    k = int(np.argmax(p))
+    top = int(index[k])
+    if top >= 4 and k + 1 < p.size and p[k:].min() < 0.8 * p[k]:
+        left = s.stress.size - 1 - top
+        note = f"{s.name}: ruptured at stretch {s.stretch[top]:.3g}; {left} rows after it left out"
         return s.pick(np.arange(top + 1), note)
     return s
+
+
+def _without_spikes(p: Array) -> Array:
+    """Indices of `p` less those maxima before and after which the curve is alike."""
+    index = np.arange(p.size)
+    for _ in range(max(3, p.size // 20)):
+        k = int(np.argmax(p[index]))
+        before, after = p[index[max(0, k - 3) : k]], p[index[k + 1 : k + 4]]
+        if before.size < 2 or after.size < 2:
+            break
+        was, goes_on = float(np.median(before)), float(np.median(after))
+        if not (goes_on >= 0.9 * was and p[index[k]] > 1.1 * max(was, goes_on)):
+            break
+        index = np.delete(index, k)
+    return index

@@ -296,8 +296,8 @@ def _common_name(specimens: Sequence[Specimen]) -> str:
     """What the files' names begin with, where that says something; else the first one's."""
     stems = [Path(s.file).stem for s in specimens]
     same = [letters[0] for letters in takewhile(lambda c: len(set(c)) == 1, zip(*stems, strict=False))]
-    common = slug("".join(same))
-    return common if len(common) >= 4 else slug(stems[0])
+    common = "".join(same)
+    return slug(common) if len(common) >= 4 else slug(stems[0])
 
 
 def _card(

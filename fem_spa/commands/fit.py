@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -73,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     _sort_out(arguments)
     options = _options(arguments)
     files = find_tests(arguments.tests, options.data)
-    command = "fem-spa " + " ".join(sys.argv[1:])
+    command = shlex.join(["fem-spa", *sys.argv[1:]])
     if not arguments.each:
         outcome = fit_tests(files, options)
         target = arguments.out or Path("out") / f"{outcome.card.name}.toml"

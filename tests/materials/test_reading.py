@@ -77,6 +77,7 @@ def wrong(tmp_path: Path, columns: dict[str, object], head: str = "") -> str:
 T = np.arange(21.0)
 BACK = np.where(T == 10, 3.0, T)
 M = np.linspace(0.5, 1.5, 21)
+SMALL = np.linspace(1.0, 1.15, 21)
 
 
 @pytest.mark.parametrize(
@@ -87,6 +88,7 @@ M = np.linspace(0.5, 1.5, 21)
         ({"stretch": L, "nominal stress [mm]": P}, "", "is a length"),
         ({"stretch": L, "nominal stres [MPa]": P}, "", "no column of stress"),
         ({"strain": (L - 1) * 100, "nominal stress [MPa]": P}, "", "strain [%]"),
+        ({"strain": (L - 1) * 15, "nominal stress [MPa]": 0.2 * (SMALL - SMALL**-2)}, "", "strain [%]"),
         (
             {"stretch": M, "nominal stress [MPa]": np.abs(0.2 * (M - M**-2))},
             "",
@@ -156,6 +158,24 @@ def test_outliers_are_named_and_kept_unless_asked(tmp_path: Path) -> None:
     dropped, said = prepare(s, Options(drop_outliers=True))
     assert dropped is not None and dropped.stretch.size == 20
     assert any("left out" in note for note in said)
+
+
+@pytest.mark.parametrize("row", [5, 8, 14])
+def test_an_outlier_is_no_rupture(tmp_path: Path, row: int) -> None:
+    spoilt = P.copy()
+    spoilt[row] *= 4.0
+    (s,) = read_test(csv(tmp_path / "a.csv", {"stretch": L, "nominal stress [MPa]": spoilt}))
+    assert s.stretch.size == 21
+    assert row in outliers(s)
+
+
+def test_a_few_per_cent_without_unit_are_said(tmp_path: Path) -> None:
+    """15 % of a stiffer rubber: it might be 1500 % of a gel."""
+    stress = 2.0 * (SMALL - SMALL**-2)
+    (s,) = read_test(csv(tmp_path / "a.csv", {"strain": (L - 1) * 15, "nominal stress [MPa]": stress}))
+    assert "`strain [%]`" in s.notes[0]
+    columns: dict[str, object] = {"strain [1]": (L - 1) * 15, "nominal stress [MPa]": stress}
+    assert read_test(csv(tmp_path / "b.csv", columns))[0].notes == ()
 
 
 def test_clean_curves_have_no_outliers() -> None:
