@@ -76,7 +76,7 @@ class Angle:
         else:
             self.nodes, self.weight = self.tip_nodes, self.tip_weight
         self.points = points
-        self.reference = np.zeros_like(points)
+        self.reference: np.ndarray | None = None
 
     def begin_path(self, displacement: np.ndarray) -> None:
         """The shape under the dead loads: from here the load path turns the tip."""
@@ -109,12 +109,13 @@ class Angle:
         rest, moved = self._marks(np.zeros_like(displacement)), self._marks(displacement)
         axis = self.axis
         if axis is None:
-            axis, turned = rotation_axis(weight, self._marks(self.reference), moved)
+            before = rest if self.reference is None else self._marks(self.reference)
+            axis, turned = rotation_axis(weight, before, moved)
             if turned < _NOISE:
                 axis, turned = rotation_axis(weight, rest, moved)
                 if turned < _NOISE:
                     return 0.0
-            elif turned > _CLEAR:
+            elif turned > _CLEAR and self.reference is not None:
                 self.axis = axis
         cross = weight @ np.cross(rest, moved)
         in_plane = np.sum(rest * moved, axis=1) - (rest @ axis) * (moved @ axis)

@@ -37,6 +37,7 @@ def test_whole_body_finds_its_own_plane(finger_problem, half_finger, mirrored, t
     space = build_space(problem.mesh)
     angle = Angle(problem, space)
     assert angle(np.zeros_like(space.points)) == 0
+    angle.begin_path(np.zeros_like(space.points))
     c, s = np.cos(np.radians(tilt)), np.sin(np.radians(tilt))
     tilt = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
     turn = tilt @ about_y(degrees) @ tilt.T
@@ -45,6 +46,32 @@ def test_whole_body_finds_its_own_plane(finger_problem, half_finger, mirrored, t
     for k in range(2, 40):
         turn = tilt @ about_y(k * degrees) @ tilt.T
         assert np.degrees(angle(space.points @ turn.T - space.points)) == pytest.approx(k * first, abs=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["tip-face", "chord", "tangent"])
+def test_every_kind_finds_the_plane_and_its_sign(finger_problem, half_finger, mirrored, kind):
+    # catches a chord's axis taken from one vector by Kabsch, which leaves the spin about it open
+    problem = finger_problem(Loads([]), mesh=mirrored(half_finger, "symmetry"), symmetry={})
+    space = build_space(problem.mesh)
+    angle = Angle(replace(problem, angle=kind), space)
+    pivot = angle.base_weight @ space.points[angle.base_nodes]
+    for degrees in (0.5, 3.0, 40.0):
+        shift = (space.points - pivot) @ about_y(degrees).T + pivot - space.points
+        assert np.degrees(angle(shift)) == pytest.approx(degrees, abs=1e-7)
+
+
+def test_plane_is_that_of_the_load_path_not_of_gravity(finger_problem, half_finger, mirrored):
+    # catches an axis that the sag under gravity, or its noise, has fixed for the whole run
+    problem = finger_problem(Loads([]), mesh=mirrored(half_finger, "symmetry"), symmetry={})
+    space = build_space(problem.mesh)
+    angle = Angle(problem, space)
+    c, s = np.cos(np.radians(3.0)), np.sin(np.radians(3.0))
+    sag = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])  # sideways, about z
+    dead = space.points @ sag.T - space.points
+    assert abs(np.degrees(angle(dead))) == pytest.approx(3.0, abs=1e-7)
+    angle.begin_path(dead)
+    moved = space.points @ (about_y(30.0) @ sag).T - space.points
+    assert np.degrees(angle(moved)) == pytest.approx(30.0, abs=0.1)
 
 
 def test_angle_ignores_translation_swelling_and_what_is_not_the_tip(finger_problem, half_finger):

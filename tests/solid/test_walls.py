@@ -63,6 +63,10 @@ def test_clean_state_raises_no_alarm(fork, fork_problem):
     assert Walls(space, {}).cross(space.points) is None
     rng = np.random.default_rng(1)
     assert Walls(space, {}).cross(space.points + 0.05 * MM * rng.standard_normal(space.points.shape)) is None
+    # turned, so that the volumes of coplanar pieces are rounding errors and not exact zeros
+    c, s = np.cos(0.5), np.sin(0.5)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    assert Walls(space, {}).cross(space.points @ turn.T) is None
     result = solve(fork_problem(3e3))
     assert result.status == "done" and result.warnings == [] and result.touch_pressure is None
 
