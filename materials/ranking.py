@@ -98,8 +98,13 @@ def folds(data: Data) -> tuple[str, list[Array]]:
     return f"one of {BLOCKS} blocks of stretch left out", masks
 
 
-def cross_validate(variant: Variant, data: Data, whole: Fit) -> float:
-    """Root mean square of the weighted error over all folds; inf where a fold cannot be fitted or told."""
+def cross_validate(
+    variant: Variant, data: Data, whole: Fit, stable: Mapping[str, tuple[float, float]] | None = None
+) -> float:
+    """Root mean square of the weighted error over all folds; inf where a fold cannot be fitted or told.
+
+    stable : mode -> stretches over which every fold's fit must be stable too; None: no constraint
+    """
     total, count = 0.0, 0
     for mask in folds(data)[1]:
         rest = data.pick(~mask)
@@ -108,6 +113,8 @@ def cross_validate(variant: Variant, data: Data, whole: Fit) -> float:
         try:
             start = None if variant.law.linear else [whole.values]
             part = fit(variant, rest, start=start, reach=data.reach, thorough=False)
+            if stable is not None and not scan(variant.law, part.parameters, stable)[0]:
+                part = fit_stable(part, rest, stable)
         except MaterialError:
             return math.inf
         held = data.pick(mask)
@@ -161,7 +168,8 @@ def rank(
         except MaterialError as error:
             failed[variant.name] = str(error)
             continue
-        row = Ranked(whole, cross_validate(variant, data, whole), stable, ranges)
+        cv = cross_validate(variant, data, whole, asked if only_stable else None)
+        row = Ranked(whole, cv, stable, ranges)
         rows.append(row)
     if not rows:
         raise MaterialError("no law could be fitted: " + "; ".join(failed.values()))

@@ -264,6 +264,12 @@ def test_fit_under_the_constraint_of_stability() -> None:
     assert not scan(variant.law, between, asked)[0]
 
 
+def test_under_the_constraint_what_is_held_out_is_told_under_it_too() -> None:
+    data = collect([unstable_data()])
+    errors = [rank(variants(["mooney-rivlin"]), data, only_stable=yes).rows[0].cv for yes in (False, True)]
+    assert errors[1] > 1.5 * errors[0]
+
+
 def test_cross_validation_is_infinite_where_a_fold_cannot_be_told() -> None:
     s = specimen("neo-hooke", {"C10": 1e5}, "uniaxial", 1.1, 2.0, rows=6)
     (variant,) = variants(["ogden-3"])
