@@ -12,7 +12,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from fem_spa.deck_tables import (
     Geometry,
@@ -29,20 +29,14 @@ from fem_spa.errors import InputError
 from fem_spa.units import brief
 
 
-class Deck(BaseModel):
-    """A whole deck, checked as far as that goes without its mesh.
+class Drawing(BaseModel):
+    """What `fem-spa mesh` needs of a deck: its [geometry]; the rest is not looked at.
 
     `name` is the deck's file name without its ending, `folder` the place that its paths start from.
     """
 
-    model_config = Strict
+    model_config = ConfigDict(extra="ignore", frozen=True)
     geometry: Geometry
-    materials: dict[str, MaterialTable] = {}
-    layers: dict[str, LayerTable] = {}
-    supports: Supports = Supports()
-    loads: LoadsTable
-    observe: Observe = Observe()
-    solver: SolverTable = SolverTable()
     _name: str = "deck"
     _folder: Path = Path()
 
@@ -55,6 +49,18 @@ class Deck(BaseModel):
     def folder(self) -> Path:
         """Where the deck's relative paths start."""
         return self._folder
+
+
+class Deck(Drawing):
+    """A whole deck, checked as far as that goes without its mesh."""
+
+    model_config = Strict
+    materials: dict[str, MaterialTable] = {}
+    layers: dict[str, LayerTable] = {}
+    supports: Supports = Supports()
+    loads: LoadsTable
+    observe: Observe = Observe()
+    solver: SolverTable = SolverTable()
 
     def table(self) -> dict[str, Any]:
         """The deck as plain tables, units as text: written as TOML it gives the same run again."""
@@ -75,6 +81,23 @@ def read_deck(path: str | Path, overrides: Sequence[str] = ()) -> Deck:
         The file cannot be read, is not TOML, or says what a deck cannot say.
     """
     path = Path(path)
+    return parse_deck(_read_tables(path, overrides), name=path.stem, folder=path.parent)
+
+
+def read_drawing(path: str | Path, overrides: Sequence[str] = ()) -> Drawing:
+    """Read the [geometry] of a deck file and nothing else; see `read_deck`."""
+    path = Path(path)
+    try:
+        drawing = Drawing.model_validate(_read_tables(path, overrides))
+    except ValidationError as error:
+        raise InputError(_reason(error)) from None
+    drawing._name, drawing._folder = path.stem, path.parent
+    _check_geometry(drawing.geometry)
+    return drawing
+
+
+def _read_tables(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
+    """The tables of a deck file, with the overrides in them."""
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -91,7 +114,7 @@ def read_deck(path: str | Path, overrides: Sequence[str] = ()) -> Deck:
         raise InputError(f"given {path}: this is not valid TOML: {str(error).splitlines()[0]}") from None
     for override in overrides:
         set_value(tables, override)
-    return parse_deck(tables, name=path.stem, folder=path.parent)
+    return tables
 
 
 def parse_deck(tables: Mapping[str, Any], name: str = "deck", folder: str | Path = ".") -> Deck:
@@ -114,7 +137,7 @@ def set_value(tables: dict[str, Any], override: str) -> None:
         )
     try:
         path = _first_path(tomllib.loads(f"{key} = 0"))
-    except tomllib.TOMLDecodeError:
+    except (tomllib.TOMLDecodeError, StopIteration):  # StopIteration: the key is a comment
         raise InputError(f"given --set {brief(override)}: '{key.strip()}' is not a dotted key") from None
     try:
         parsed = tomllib.loads(f"value = {value}")["value"]
@@ -170,14 +193,32 @@ def _reason(error: ValidationError) -> str:
     if kind in ("model_type", "dict_type"):
         return f"given {brief(given)} for {where}: a table is needed ([{where}])"
     if kind in ("too_short", "too_long"):
-        return f"given {brief(given)} for {where}: three numbers are needed"
+        return f"given {brief(given)} for {where}: three numbers are needed{_EXAMPLES.get(where, '')}"
+    if kind in _NEEDED:
+        return f"given {brief(given)} for {where}: {_NEEDED[kind]}{_EXAMPLES.get(where, '')}"
     words = found["msg"].replace("Input should be", "it must be")
     return f"given {brief(given)} for {where}: {words[0].lower()}{words[1:]}"
 
 
+_NEEDED = {
+    "list_type": "a list is needed",
+    "bool_type": "true or false is needed, without quotes",
+    "string_type": "a text in quotes is needed",
+    "float_type": "a number is needed",
+    "float_parsing": "a number is needed",
+    "int_type": "a whole number is needed",
+}
 _EXAMPLES = {
     "geometry": ', for example [geometry] with shape = "pneunet"',
     "loads": ', for example [loads] with pressure = "20 kPa"',
+    "loads.path": ', for example path = ["5 kPa", "10 kPa"]',
+    "loads.gravity": ", for example gravity = [0, 0, -9.81] (m/s^2)",
+    "loads.tip_force": ', for example tip_force = [0, 0, "0.5 N"]',
+    "loads.tip_displacement": ', for example tip_displacement = [0, 0, "2 mm"]',
+    "loads.contact": ": contact = true",
+    "supports.fixed": ', for example fixed = ["base"]',
+    "observe.blocked": ": blocked = true",
+    "solver.stop_at_touch": ": stop_at_touch = true",
 }
 
 
@@ -193,14 +234,19 @@ def _fields_at(model: Any, location: Sequence[Any]) -> list[str]:
     return list(model.model_fields) if isinstance(model, type) and issubclass(model, BaseModel) else []
 
 
-def _check(deck: Deck) -> None:
-    """What no single value shows."""
-    geometry, loads = deck.geometry, deck.loads
+def _check_geometry(geometry: Geometry) -> None:
+    """A shape or a file, and not both."""
     if (geometry.shape is None) == (geometry.file is None):
         both = "both are given" if geometry.shape is not None else "neither is given"
         raise InputError(
             f"geometry needs either shape (a built-in one) or file (your own mesh or STEP): {both}"
         )
+
+
+def _check(deck: Deck) -> None:
+    """What no single value shows."""
+    loads = deck.loads
+    _check_geometry(deck.geometry)
     for name, material in deck.materials.items():
         if (material.card is None) == (material.law is None):
             raise InputError(

@@ -163,6 +163,6 @@ class SolverTable(BaseModel):
 
     model_config = Strict
     imposed_steps: Count | None = None
-    tolerance: Annotated[float, Field(gt=0.0, le=1e-3)] = 1e-8
+    tolerance: Annotated[float, Field(ge=1e-12, le=1e-3)] = 1e-8
     max_iterations: Annotated[int, Field(strict=True, ge=3, le=200)] = 15
     stop_at_touch: Annotated[bool, Field(strict=True)] = False

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from fem_spa.deck import Deck, end_of_path, nearest, refuse_unknown
+from fem_spa.deck import Deck, Drawing, end_of_path, nearest, refuse_unknown
 from fem_spa.deck_tables import PRESSURE_LIMITS, RATIO_LIMITS, VOLUME_LIMITS, MaterialTable, Measure
 from fem_spa.errors import InputError
 from fem_spa.solid.problem import Layer, Loads, Material, Problem, StepControl
+from fem_spa.symmetry import check_across, check_declared, find_symmetry
 from fem_spa.units import brief, quantity, show
 from geometry.tagged import TaggedMesh
 
@@ -50,12 +51,16 @@ def prepare(deck: Deck) -> Setup:
     shape = built_in(deck) if deck.geometry.shape is not None else None
     if shape is not None:  # what the mesh would be refused for, before it is made
         _check_names(deck, shape.volume_names(), shape.surface_names())
+        if deck.supports.symmetry is not None:
+            check_declared(deck.supports.symmetry, shape.surface_names())
     begun = time.perf_counter()
     mesh = make_mesh(deck, shape)
     seconds = time.perf_counter() - begun
-    symmetry = _symmetry(deck, mesh, shape is not None)
     _check_names(deck, mesh.volumes, mesh.surfaces)
+    symmetry = find_symmetry(deck, mesh)
+    _check_held(deck, symmetry)
     _check_gravity(deck, materials)
+    check_across(deck, mesh, symmetry, shape)
     loads = deck.loads
     problem = Problem(
         mesh=mesh,
@@ -89,7 +94,7 @@ def prepare(deck: Deck) -> Setup:
     return Setup(problem, steps, resolved_deck(deck, shape, symmetry), sources, warnings, seconds)
 
 
-def built_in(deck: Deck) -> Any:
+def built_in(deck: Drawing) -> Any:
     """The built-in shape of a deck with the deck's parameters, validated but not meshed."""
     from geometry.parameters import parameters
     from geometry.registry import SHAPES
@@ -119,7 +124,7 @@ def built_in(deck: Deck) -> Any:
     return shape
 
 
-def make_mesh(deck: Deck, shape: Any = None) -> TaggedMesh:
+def make_mesh(deck: Drawing, shape: Any = None) -> TaggedMesh:
     """The mesh of a deck: a built-in shape's, or that of a file (its path starts at the deck's folder)."""
     geometry = deck.geometry
     size = None if geometry.size is None else geometry.size.si
@@ -153,19 +158,19 @@ def _materials(deck: Deck) -> tuple[dict[str, Material], dict[str, str]]:
     for name, table in deck.materials.items():
         where = f"materials.{name}"
         built[name], sources[name] = (
-            _from_card(deck, table) if table.card is not None else _from_law(table, where)
+            _from_card(deck, table, where) if table.card is not None else _from_law(table, where)
         )
     return built, sources
 
 
-def _from_card(deck: Deck, table: MaterialTable) -> tuple[Material, str]:
+def _from_card(deck: Deck, table: MaterialTable, where: str) -> tuple[Material, str]:
     from materials.card import load_card
-    from materials.registry import small_strain
 
     card = load_card(_card_path(deck, str(table.card)))
+    _check_bulk(card.law, table, where)
     bulk = card.bulk if table.bulk is None else table.bulk.si
     density = card.density if table.density is None else table.density.si
-    bulk = small_strain(card.law, card.parameters, bulk).K
+    bulk = _bulk(card.law, card.parameters, bulk, where)
     return Material(card.law, dict(card.parameters), bulk, density, card), f"card {card.name}: {card.source}"
 
 
@@ -176,7 +181,7 @@ def _card_path(deck: Deck, card: str) -> str:
 
 
 def _from_law(table: MaterialTable, where: str) -> tuple[Material, str]:
-    from materials.registry import law, resolve, small_strain
+    from materials.registry import law, resolve
 
     try:
         chosen = law(str(table.law))
@@ -188,9 +193,30 @@ def _from_law(table: MaterialTable, where: str) -> tuple[Material, str]:
         for key, value in table.parameters.items()
     }
     full = resolve(chosen, given, where)
+    _check_bulk(chosen, table, where)
     bulk = float("inf") if table.bulk is None else table.bulk.si
-    bulk = small_strain(chosen, full, bulk).K
+    bulk = _bulk(chosen, full, bulk, where)
     return Material(chosen, full, bulk, None if table.density is None else table.density.si), "the deck"
+
+
+def _check_bulk(law: Any, table: MaterialTable, where: str) -> None:
+    """Refuse a bulk modulus beside a law whose own parameters give it."""
+    if table.bulk is not None and law.bulk is not None:
+        raise InputError(
+            f"given {brief(table.bulk.text)} for {where}.bulk: the law {law.name} gives its own from "
+            f"{', '.join(law.parameters)}; leave bulk out"
+        )
+
+
+def _bulk(law: Any, parameters: Mapping[str, float], bulk: float, where: str) -> float:
+    """The bulk modulus, Pa, once it is seen to fit the shear modulus."""
+    from materials.errors import MaterialError
+    from materials.registry import small_strain
+
+    try:
+        return small_strain(law, parameters, bulk).K
+    except MaterialError as error:
+        raise InputError(f"{where}: {error}") from None
 
 
 def _check_names(
@@ -218,10 +244,6 @@ def _check_names(
         _need_surface(name, surfaces, "supports.fixed")
     for name in deck.supports.symmetry or {}:
         _need_surface(name, surfaces, "supports.symmetry")
-    if not deck.supports.fixed and set((deck.supports.symmetry or {}).values()) != {"x", "y", "z"}:
-        raise InputError(
-            "supports.fixed is empty: the body would float; name a surface, or symmetry planes of x, y and z"
-        )
     cavities = [name[7:] for name in surfaces if name.startswith("cavity ")]
     if not cavities:
         raise InputError(
@@ -241,18 +263,11 @@ def _need_surface(name: str, surfaces: Any, where: str) -> None:
         raise InputError(f"given {where}: the mesh has no surface '{name}'{nearest(name, surfaces)}")
 
 
-def _symmetry(deck: Deck, mesh: TaggedMesh, built_in_shape: bool) -> dict[str, str]:
-    """The deck's symmetry planes, or y for a built-in half model; a user's file must say it."""
-    if deck.supports.symmetry is not None:
-        return dict(deck.supports.symmetry)
-    if "symmetry" not in mesh.surfaces:
-        return {}
-    if built_in_shape:
-        return {"symmetry": "y"}
-    raise InputError(
-        "the mesh has a surface 'symmetry', and supports.symmetry does not say its plane: "
-        'give [supports] symmetry = { symmetry = "y" } (the normal), or {} where it is free'
-    )
+def _check_held(deck: Deck, symmetry: Mapping[str, str]) -> None:
+    if not deck.supports.fixed and set(symmetry.values()) != {"x", "y", "z"}:
+        raise InputError(
+            "supports.fixed is empty: the body would float; name a surface, or symmetry planes of x, y and z"
+        )
 
 
 def _check_gravity(deck: Deck, materials: Mapping[str, Material]) -> None:
@@ -291,7 +306,14 @@ def load_points(deck: Deck, mesh: TaggedMesh, symmetry: Mapping[str, str]) -> li
     key, given = end_of_path(deck.loads)
     cavities = mesh.cavities
     last = _spread(given, cavities, f"loads.{key}")
-    order = list(cavities) if "" in given else list(given)
+    order = list(given)
+    if "" in given:
+        order = list(cavities)
+        if len(cavities) > 1 and any(isinstance(entry, list) for entry in deck.loads.path or []):
+            raise InputError(
+                f"given lists in loads.path, and loads.{key} has one value for all of {', '.join(cavities)}: "
+                f"name them: {{ {', '.join(f'{name} = ...' for name in cavities)} }}"
+            )
     points = [_path_point(entry, key, cavities, order, i) for i, entry in enumerate(deck.loads.path or [])]
     rest = dict.fromkeys(cavities, 1.0 if key in ("volume_ratio", "gas_mass_ratio") else 0.0)
     if key == "volume":

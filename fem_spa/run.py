@@ -80,8 +80,7 @@ def run_deck(
     begun = time.perf_counter()
     if not isinstance(deck, Deck):
         deck = read_deck(deck, overrides)
-    path = Path(out) if out is not None else Path("out") / deck.name
-    refuse_place(path)
+    path = output_place(out, deck.name)
     progress = Progress(quiet)
     with progress:
         progress.say(f"meshing {deck.geometry.shape or deck.geometry.file}")
@@ -91,6 +90,15 @@ def run_deck(
         result.warnings = [*setup.warnings, *result.warnings]
     record = write_result(setup, result, folder, begun)
     return Outcome(result, setup, path, record)
+
+
+def output_place(out: str | Path | None, name: str) -> Path:
+    """The output folder that was asked for, or ``out/<name>``; refused where it cannot be one."""
+    if out is not None and not str(out).strip():
+        raise InputError(f"given {brief(out)} for --out: it is empty; give a folder, or leave --out out")
+    path = Path("out") / name if out is None else Path(out)
+    refuse_place(path)
+    return path
 
 
 def refuse_place(path: Path) -> None:
@@ -177,7 +185,7 @@ def _partial(setup: Setup, folder: ResultFolder, status: str, message: str) -> R
 def write_result(setup: Setup, result: Result, folder: ResultFolder, begun: float) -> dict[str, Any]:
     """result.json first, then the pictures and the report, then result.json with their cost.
 
-    A picture that cannot be drawn costs a warning, never the result.
+    A picture that cannot be drawn costs a warning, never the result; nor does Ctrl-C meanwhile.
 
     Parameters
     ----------
@@ -196,12 +204,19 @@ def write_result(setup: Setup, result: Result, folder: ResultFolder, begun: floa
 
     table = write()
     before = time.perf_counter()
-    _pictures(setup, result, folder)
-    from fem_spa.output.report import write_report
-
+    try:
+        _pictures(setup, result, folder)
+    except KeyboardInterrupt:
+        result.warnings.append("Pictures left out: interrupted.")
     seconds["output"] += time.perf_counter() - before
     table = write()
-    write_report(folder.path / "report.html", setup.problem, result, table)
+    try:
+        from fem_spa.output.report import write_report
+
+        write_report(folder.path / "report.html", setup.problem, result, table)
+    except KeyboardInterrupt:
+        result.warnings.append("Report left out: interrupted.")
+        table = write()
     return table
 
 

@@ -87,6 +87,10 @@ def test_the_deck_of_the_readme_is_the_one_that_was_run() -> None:
     assert (ROOT / "docs" / "finger.toml").read_text(encoding="utf-8") in PAGES[0].read_text(encoding="utf-8")
 
 
+def test_no_figure_is_left_open() -> None:
+    assert "[FIGURE" not in PAGES[0].read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("page", PAGES, ids=[page.name for page in PAGES])
 def test_links_lead_somewhere(page: Path) -> None:
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)

@@ -48,12 +48,12 @@ def shapes_help() -> str:
 
 def run(arguments: argparse.Namespace) -> int:
     """Mesh and write; a summary goes to stdout."""
-    from fem_spa.deck import read_deck
+    from fem_spa.deck import read_drawing
     from fem_spa.errors import InputError
     from fem_spa.prepare import make_mesh
     from fem_spa.run import refuse_place
 
-    deck = read_deck(arguments.deck, arguments.set)
+    deck = read_drawing(arguments.deck, arguments.set)
     out = arguments.out or Path("out") / deck.name / f"{deck.name}.msh"
     if out.suffix not in (".msh", ".vtu"):
         raise InputError(f"given {out} for --out: the file's ending must be .msh or .vtu")

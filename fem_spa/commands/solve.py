@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 DESCRIPTION = """\
 Solve a deck and leave curve.csv, result.json, fields.pvd, curve.png, shape.png and report.html in DIR.
@@ -23,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="replace a value of the deck, for example --set loads.pressure='15 kPa'; may be repeated",
     )
     parser.add_argument(
-        "--out", metavar="DIR", type=Path, help="folder of the results (default: out/<name of the deck>)"
+        "--out", metavar="DIR", help="folder of the results (default: out/<name of the deck>)"
     )
     parser.add_argument(
         "--resume", action="store_true", help="go on with an interrupted run (not in this version)"
@@ -46,5 +45,6 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"Note: {warning}")
     if outcome.exit_status:
         print(f"{outcome.result.status}: {outcome.result.message}", file=sys.stderr)
-    print(f"See {outcome.folder / 'report.html'}")
+    if (outcome.folder / "report.html").is_file():
+        print(f"See {outcome.folder / 'report.html'}")
     return outcome.exit_status

@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("name", metavar="NAME", nargs="?", help="the study (see --list)")
     parser.add_argument("--list", action="store_true", help="list the studies and what each shows")
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder of the results (default: out/<name>)")
+    parser.add_argument("--out", metavar="DIR", help="folder of the results (default: out/<name>)")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -33,14 +33,13 @@ def run(arguments: argparse.Namespace) -> int:
             print(f"{name:<{wide}}  {text}")
         return 0
     from fem_spa.deck import nearest
-    from fem_spa.run import refuse_place
+    from fem_spa.run import output_place
 
     if arguments.name is None:
         raise InputError(f"a study's name is missing{nearest('', found)}; or give --list")
     if arguments.name not in found:
         raise InputError(f"given {arguments.name}: there is no such study{nearest(arguments.name, found)}")
-    out = arguments.out or Path("out") / arguments.name
-    refuse_place(out)
+    out = output_place(arguments.out, arguments.name)
     status = int(importlib.import_module(f"studies.{arguments.name}").run(out))
     tell(out)
     return status

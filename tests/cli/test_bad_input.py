@@ -206,3 +206,30 @@ def test_as_a_process(deck: Deck) -> None:
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1 and "did you mean 'pressure'" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "setting,words",
+    [
+        ("#=3", ["dotted key"]),
+        ("# x = 3", ["dotted key"]),
+        ("loads.gravity=9.81", ["loads.gravity", "a list is needed", "[0, 0, -9.81]"]),
+        ("loads.path='2 kPa'", ["loads.path", "a list is needed", '"5 kPa"']),
+        ("supports.fixed=base", ["supports.fixed", "a list is needed", '["base"]']),
+        ("observe.blocked='true'", []),
+        ("observe.blocked=yes", ["observe.blocked", "true or false", "blocked = true"]),
+        ("solver.tolerance=1e-13", ["solver.tolerance", "0.000000000001"]),
+    ],
+)
+def test_what_is_needed_is_shown(
+    deck: Deck, capsys: pytest.CaptureFixture[str], setting: str, words: list[str]
+) -> None:
+    line = refused(["solve", deck(), "--set", setting], capsys, *words)
+    assert "valid" not in line
+
+
+def test_an_empty_place(deck: Deck, capsys: pytest.CaptureFixture[str]) -> None:
+    path = deck()
+    refused(["solve", path, "--out", ""], capsys, "--out", "empty")
+    refused(["study", "limit_point", "--out", ""], capsys, "--out", "empty")
+    refused(["mesh", path, "--out", ""], capsys, "--out")

@@ -142,3 +142,9 @@ def test_a_study_ends_with_its_warnings_and_the_place_of_its_report(
     captured = capsys.readouterr()
     assert "See out/slow_module/report.html" in captured.out.replace("\\", "/")
     assert "element" in captured.err.splitlines()[-1]
+
+
+def test_mesh_needs_no_more_than_the_geometry(deck: Deck) -> None:
+    path = deck('[geometry]\nfile = "block.msh"\nunit = "mm"\n')
+    assert main(["mesh", path]) == 0
+    assert Path("out/deck/deck.msh").is_file()

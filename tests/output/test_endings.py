@@ -110,3 +110,32 @@ def test_fault_before_the_start_writes_nothing(
     monkeypatch.setattr("fem_spa.run.prepare", fails)
     assert run(RuntimeError()) == 1
     assert capsys.readouterr().err.count("\n") == 1 and not Path("out").exists()
+
+
+@pytest.mark.parametrize(
+    "late,missing",
+    [
+        ("fem_spa.output.curve_plot.write_curve", "curve.png"),
+        ("fem_spa.output.report.write_report", "report.html"),
+    ],
+)
+def test_interrupted_after_the_solver_has_ended(
+    run: Callable[[BaseException], int],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    late: str,
+    missing: str,
+) -> None:
+    """Ctrl-C while pictures or the report are made costs these; the run's status stays its own."""
+
+    def interrupted(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(late, interrupted)
+    assert run(ZeroDivisionError("in the dark")) == 1
+    result = json.loads(Path("out/deck/result.json").read_text())
+    assert result["status"] == "diverged"
+    assert any("left out: interrupted" in warning for warning in result["warnings"])
+    assert not (Path("out/deck") / missing).exists()
+    captured = capsys.readouterr()
+    assert "no result" not in captured.err and "before there was" not in captured.err
