@@ -269,9 +269,7 @@ def _inelastic(
                 prony.append((s, fit_prony(s.time, s.stress, elastic)))
             elif s.kind == "creep":
                 assert s.time is not None
-                g, tau, series = fit_creep(s.time, s.stretch - 1.0)
-                nan = np.full(g.size, math.nan)
-                prony.append((s, Prony(g, tau, nan, nan, nan, nan, 1.0, series.rmse)))
+                prony.append((s, fit_creep(s.time, s.stretch - 1.0)))
             elif s.kind == "cyclic":
                 softening = fit_mullins(s, law, p)
                 mullins.append((s, softening))

@@ -23,6 +23,7 @@ from materials.errors import MaterialError
 from materials.laws import Array
 
 MOST_TERMS = 4
+DRAWS = 100
 
 
 @dataclass(frozen=True)
@@ -238,32 +239,59 @@ def from_creep(compliance: Prony) -> tuple[Array, Array]:
     return g[order], tau[order]
 
 
-def fit_creep(time: Array, strain: Array) -> tuple[Array, Array, Prony]:
-    """(g, tau) of the relaxation from creep at a load held from time[0], and the creep series itself.
+def fit_creep(time: Array, strain: Array) -> Prony:
+    """The relaxation series that belongs to creep at a load held from time[0].
+
+    Its 95 % intervals are from a parametric bootstrap: `DRAWS` records of the fitted creep with white noise
+    of the residual's size, each fitted and turned into relaxation in the same way.
 
     Parameters
     ----------
     time : s, (n,), rising; strain : (n,), of one sign, at small or moderate strain (linear viscoelasticity)
     """
-    strain = np.asarray(strain, float)
-    if strain.size < 12 or abs(strain[0]) <= 0:
+    time, strain = np.asarray(time, float), np.abs(np.asarray(strain, float))
+    if strain.size < 12 or strain[0] <= 0:
         raise MaterialError(
             f"creep: {strain.size} rows from strain {strain[:1]}; at least 12 from a loaded start are needed"
         )
+    series = _creep_series(time, strain)
+    g, tau = from_creep(series)
+    since = (time - time[0])[:, None]
+    smooth = series.instantaneous * (1.0 + np.sum(series.g * (1.0 - np.exp(-since / series.tau)), axis=1))
+    noise = float(np.std(strain - smooth))
+    rng = np.random.default_rng(0)
+    drawn = []
+    for _ in range(DRAWS):
+        try:
+            other = from_creep(_creep_series(time, smooth + noise * rng.standard_normal(time.size)))
+        except MaterialError:
+            continue
+        if other[0].size == g.size:
+            drawn.append(np.concatenate([other[0] - g, np.log(other[1] / tau)]))
+    # basic, not percentile: what a draw misses the fit by is what the fit misses the truth by
+    enough = len(drawn) >= DRAWS // 2
+    low, high = np.quantile(drawn, [0.025, 0.975], axis=0) if enough else np.full((2, 2 * g.size), math.nan)
+    m = g.size
+    return Prony(
+        g, tau, g - high[:m], g - low[:m], tau * np.exp(-high[m:]), tau * np.exp(-low[m:]), 1.0, series.rmse
+    )
+
+
+def _creep_series(time: Array, strain: Array) -> Prony:
+    """J(t)/J(0) = 1 + sum g (1 - exp(-t/tau)), `instantaneous` the strain at time[0]."""
     # J(t) = (J0 + sum j) - sum j exp(-t/l): the constant less a decaying series; flip it to one that relaxes.
-    end = 1.5 * float(np.max(np.abs(strain)))
-    flipped = fit_prony(time, end - np.abs(strain))
-    start = end - flipped.instantaneous * float(np.max(np.abs(end - np.abs(strain))))
-    ratio = flipped.instantaneous * float(np.max(np.abs(end - np.abs(strain)))) / start
-    series = Prony(
+    end = 1.5 * float(np.max(strain))
+    flipped = fit_prony(time, end - strain)
+    top = flipped.instantaneous * float(np.max(end - strain))
+    start = end - top
+    ratio = top / start
+    return Prony(
         flipped.g * ratio,
         flipped.tau,
         flipped.g_low * ratio,
         flipped.g_high * ratio,
         flipped.tau_low,
         flipped.tau_high,
-        1.0,
+        start,
         flipped.rmse,
     )
-    g, tau = from_creep(series)
-    return g, tau, series

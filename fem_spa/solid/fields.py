@@ -9,7 +9,7 @@ from numba import njit
 from skfem import ElementTetP2
 
 from fem_spa.solid.invariants import principal_values
-from fem_spa.solid.kernel import cofactor, deformation_gradient, gather, physical_gradient
+from fem_spa.solid.kernel import cofactor, deformation_gradient, gather, physical_gradient, squares
 from fem_spa.solid.problem import Material, State
 from fem_spa.solid.space import Space
 
@@ -85,12 +85,7 @@ def _strain(tets, inverse, reference, displacement, J, I1, I2, b):
             if det <= 0.0:
                 J[e, n] = np.nan
             m = np.abs(det) ** (-2.0 / 3.0)
-            i1 = 0.0
-            i2 = 0.0
-            for i in range(3):
-                for j in range(3):
-                    i1 += F[i, j] * F[i, j]
-                    i2 += cof[i, j] * cof[i, j]
+            i1, i2 = squares(F, cof)
             I1[e, n] = i1 * m
             I2[e, n] = i2 * m * m
             for k in range(6):

@@ -60,6 +60,18 @@ def cofactor(F, cof):
 
 
 @njit(cache=True, inline="always")
+def squares(F, cof):
+    """tr C and (tr^2 C - tr C^2) / 2, the sums of the squared entries of F and of its cofactors."""
+    i1 = 0.0
+    i2 = 0.0
+    for i in range(3):
+        for j in range(3):
+            i1 += F[i, j] * F[i, j]
+            i2 += cof[i, j] * cof[i, j]
+    return i1, i2
+
+
+@njit(cache=True, inline="always")
 def gather(tets, e, displacement, u):
     for a in range(10):
         node = tets[e, a]
@@ -89,12 +101,7 @@ def invariants(tets, inverse_jacobian, shape_gradient, displacement, J, I1, I2):
                 I1[e, q] = 3.0
                 I2[e, q] = 3.0
                 continue
-            i1 = 0.0
-            i2 = 0.0
-            for i in range(3):
-                for j in range(3):
-                    i1 += F[i, j] * F[i, j]
-                    i2 += cof[i, j] * cof[i, j]
+            i1, i2 = squares(F, cof)
             third = det ** (-1.0 / 3.0)
             I1[e, q] = i1 * third * third
             I2[e, q] = i2 * (third * third) ** 2
@@ -149,12 +156,7 @@ def residual(
 @njit(cache=True, inline="always")
 def _stress(F, cof, det, p, w1, w2, P):
     """First Piola-Kirchhoff stress; F F^T F enters as (b F) with b = F F^T."""
-    i1 = 0.0
-    i2 = 0.0
-    for i in range(3):
-        for j in range(3):
-            i1 += F[i, j] * F[i, j]
-            i2 += cof[i, j] * cof[i, j]
+    i1, i2 = squares(F, cof)
     m = det ** (-2.0 / 3.0)
     c1 = 2.0 * m * w1
     c2 = 2.0 * m * m * w2
@@ -174,12 +176,7 @@ def _stress(F, cof, det, p, w1, w2, P):
 @njit(cache=True, inline="always")
 def _moduli(F, cof, det, p, w1, w2, w11, w12, w22, A1, A2, H, A):
     """dP/dF as A[3 i + j, 3 k + l] (symmetric, all entries). A1, A2, H: (3, 3) work arrays."""
-    i1 = 0.0
-    i2 = 0.0
-    for i in range(3):
-        for j in range(3):
-            i1 += F[i, j] * F[i, j]
-            i2 += cof[i, j] * cof[i, j]
+    i1, i2 = squares(F, cof)
     m = det ** (-2.0 / 3.0)
     for i in range(3):
         for j in range(3):

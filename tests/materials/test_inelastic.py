@@ -64,7 +64,8 @@ def test_creep_and_relaxation_are_each_others_inverse() -> None:
     product = (1 + np.sum(j / (1 + s * l), axis=1)) * (1 - np.sum(g / (1 + s * tau), axis=1))
     assert np.allclose(product, 1.0, atol=1e-12)
     strain = 0.1 * (1 + np.sum(j * (1 - np.exp(-TIME[:, None] / l)), axis=1))
-    got_g, got_tau, _ = fit_creep(TIME, strain)
+    got = fit_creep(TIME, strain)
+    got_g, got_tau = got.g, got.tau
     assert got_g == pytest.approx(g, rel=1e-4)
     assert got_tau == pytest.approx(tau, rel=1e-4)
 
@@ -118,3 +119,22 @@ def test_mullins_needs_unloading() -> None:
     s = Specimen("pull", "uniaxial", "pull", l, nominal_stress(LAWS["yeoh"], p, "uniaxial", l))
     with pytest.raises(MaterialError, match="never unloads"):
         fit_mullins(s, LAWS["yeoh"], p)
+
+
+def test_creep_intervals_hold_the_truth():
+    # catches intervals of the wrong sign, of the creep series instead of the relaxation's, or far too narrow
+    rng = np.random.default_rng(5)
+    time = np.geomspace(0.1, 300.0, 80) - 0.1
+    creep = Prony(np.array([0.2]), np.array([5.0]), *[np.zeros(1)] * 4, 1.0, 0.0)
+    true_g, true_tau = from_creep(creep)
+    clean = 0.1 * (1.0 + 0.2 * (1.0 - np.exp(-time / 5.0)))
+    inside, wide = 0, []
+    for _ in range(20):
+        got = fit_creep(time, clean + 1e-4 * rng.standard_normal(time.size))
+        assert got.g.size == 1
+        inside += got.g_low[0] < true_g[0] < got.g_high[0]
+        inside += got.tau_low[0] < true_tau[0] < got.tau_high[0]
+        wide.append((got.g_high[0] - got.g_low[0]) / true_g[0])
+    # 40 trials at 95 %: fewer than 33 happens once in some thousand times
+    assert inside >= 33
+    assert 1e-3 < np.median(wide) < 0.2
