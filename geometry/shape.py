@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from geometry.errors import millimetres, refusal
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from geometry.tagged import TaggedMesh
 
 
-class Shape:
+class Shape(ABC):
     """Base of the shapes. A shape is a frozen dataclass; lengths in m, angles in rad.
 
     A shape gives `_relations` (what its sizes must satisfy together), `_draw` (the CAD) and the
@@ -45,17 +46,17 @@ class Shape:
             )
 
     @property
+    @abstractmethod
     def extent(self) -> float:
         """Largest dimension of the body, m, from the parameters alone."""
-        raise NotImplementedError
 
     def volume_names(self) -> tuple[str, ...]:
         """Names of the volumes that the mesh will have."""
         return ("body",)
 
+    @abstractmethod
     def surface_names(self) -> tuple[str, ...]:
         """Names of the surfaces that the mesh will have."""
-        raise NotImplementedError
 
     def describe(self) -> str:
         """The shape in words: its name and the parameters that differ from the default."""
@@ -100,13 +101,13 @@ class Shape:
         check(mesh, surfaces=self.surface_names(), volumes=self.volume_names(), cad=cad)
         return mesh
 
+    @abstractmethod
     def _relations(self) -> None:
         """Refuse sizes that are each in range and do not go together."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _draw(self, gmsh: Any) -> Parts:
         """Draw the shape in the current gmsh model, in mm."""
-        raise NotImplementedError
 
     def replace(self, **changes: Any) -> Any:
         """The same shape with some parameters changed (not checked before `validate`)."""
