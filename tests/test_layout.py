@@ -35,7 +35,7 @@ HOMES = {
     "vtk": (),
     "matplotlib": (),
     "ipctk": (),
-    "numba": ("fem_spa/solid",),
+    "numba": ("fem_spa/solid", "fem_spa/reduced"),
 }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fem_spa.solid.obstacles import Obstacle
 from geometry.tagged import TaggedMesh
 from materials.card import Card
 from materials.laws import Law
@@ -87,6 +88,8 @@ class Problem:
     symmetry : surface -> "x", "y" or "z": the normal of the plane in which its nodes stay
     angle : "tip-face", "chord" or "tangent"
     blocked : the tip is held where it is once gravity has acted; its reaction is observed
+    contact : the boundary cannot pass through itself
+    obstacles : rigid bodies that the boundary cannot enter, whatever `contact` says
     """
 
     mesh: TaggedMesh
@@ -97,6 +100,8 @@ class Problem:
     symmetry: Mapping[str, str] = field(default_factory=dict)
     angle: str = "tip-face"
     blocked: bool = False
+    contact: bool = False
+    obstacles: tuple[Obstacle, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -156,6 +161,8 @@ class Row:
     iterations: int
     is_point: bool
     force_vector: np.ndarray | None = None
+    gap: float | None = None
+    obstacle_force: np.ndarray | None = None
 
 
 @dataclass
