@@ -31,7 +31,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Output:
-    """One output: its name in records (`angle`, `displacement`, `force`, `x`, `y`, `z`) and the unit shown."""
+    """One output: its name in records (angle, displacement, force, x, y, z) and the unit shown."""
 
     name: str
     unit: str

@@ -18,7 +18,7 @@ class Plane:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball, or an ellipsoid where `radius` has three numbers (semi-axes along x, y, z).  centre, radius : m"""
+    """A ball, or an ellipsoid where `radius` is three semi-axes along x, y, z.  centre, radius : m"""
 
     centre: tuple[float, float, float]
     radius: float | tuple[float, float, float]
