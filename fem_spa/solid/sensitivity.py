@@ -1,0 +1,379 @@
+"""Derivatives of what is observed to what is put in, at every converged state: one back-substitution each.
+
+At an equilibrium R(x, q) = 0 of the free unknowns, a number q of the problem (a material parameter, a layer's
+modulus, a cavity's pressure, a mode of the mesh) moves the state by
+
+    dx/dq = - K^-1 dR/dq,      K = dR/dx, factorized once a state
+
+and an observable O(x, q) by dO/dq + dO/dx . dx/dq. dR/dq is a central difference of the residual in q at
+fixed x, with the relative step 1e-4: exact where the residual is linear in q (moduli, thickness, density), else of relative error 1e-8. Where volume or gas mass is prescribed, the pressure answers too: the tangent is
+bordered by dV/dx, as in newton.py. A blocked tip stays where gravity left it, which may itself depend on q.
+
+Walls (the scale of all walls' thickness) are such a number as well: a mode of the mesh moves its nodes, and
+the residual at the same x on the moved mesh gives dR/dq. A length of a built-in shape is not: another drawing
+is another mesh. Its effect is the difference of two runs (fem_spa/calibration/finite_elements.py).
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fem_spa.errors import InputError
+from fem_spa.solid.linear import make_solver
+from fem_spa.solid.newton import Constraint
+from fem_spa.solid.observables import Angle
+from fem_spa.solid.observe import Silent
+from fem_spa.solid.problem import Material, Problem, Row, State
+from fem_spa.solid.space import Space, build_space
+from fem_spa.solid.system import System, cavity_values
+from geometry.second_order import to_second_order
+
+STEP = 1e-4
+"""Relative step of the central difference of the residual."""
+_PROBE = 1e-4  # a state is probed along dx/dq by this part of the body's size
+
+
+@dataclass(frozen=True)
+class Knob:
+    """One number of a problem.
+
+    name : as decks say it, dotted;  value, unit : SI
+    turn : (problem, value) -> the same problem with another value
+    """
+
+    name: str
+    value: float
+    unit: str
+    turn: Callable[[Problem, float], Problem]
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives of one converged state's observables, one row a knob, then one a cavity's pressure.
+
+    names : of the rows;  row : the state's history row
+    angle : (n,) rad;  tip : (n, 3) m;  volume : (n,) m^3;  force : (n,) N or None;  each per unit of the knob
+    pressure : (n, n_cavities) Pa, what the cavities' pressures answer where volume or gas mass is prescribed
+    """
+
+    names: tuple[str, ...]
+    row: Row
+    angle: np.ndarray
+    tip: np.ndarray
+    volume: np.ndarray
+    force: np.ndarray | None
+    pressure: np.ndarray
+
+    def of(self, output: str) -> np.ndarray:
+        """(n,) of one output as records name it: angle, force, x, y, z."""
+        if output == "angle":
+            return self.angle
+        if output == "force" and self.force is not None:
+            return self.force
+        if output in ("x", "y", "z"):
+            return self.tip[:, "xyz".index(output)]
+        seen = ["angle", "x", "y", "z", *(["force"] if self.force is not None else [])]
+        raise InputError(f"given output {output}: this run observes {', '.join(seen)}")
+
+
+def knob(problem: Problem, name: str, mode: np.ndarray | None = None) -> Knob:
+    """The knob of a dotted name.
+
+    Parameters
+    ----------
+    name : `materials.VOLUME.PARAMETER` (of its law, `bulk`, `density`, or `scale`: of all moduli of the
+        law and a finite bulk modulus), `layers.NAME.modulus`, `.thickness`, `.poisson`, or `walls.scale`
+    mode : (n_points, 3) m, for `walls.scale`: how the nodes of the second-order mesh move for a scale of 2
+
+    Raises
+    ------
+    InputError
+        The problem has no such number.
+    """
+    kind, _, rest = name.partition(".")
+    group, _, word = rest.rpartition(".")
+    if kind == "materials" and group in problem.materials:
+        return _material_knob(name, group, word, problem.materials[group])
+    if kind == "layers" and group in problem.layers and word in _LAYER:
+        layer = problem.layers[group]
+
+        def of_layer(p: Problem, value: float) -> Problem:
+            return replace(p, layers={**p.layers, group: replace(p.layers[group], **{word: value})})
+
+        return Knob(name, float(getattr(layer, word)), _LAYER[word], of_layer)
+    if name == "walls.scale" and mode is not None:
+        mesh = to_second_order(problem.mesh)
+
+        def of_walls(p: Problem, value: float) -> Problem:
+            return replace(p, mesh=replace(mesh, points=mesh.points + (value - 1.0) * mode))
+
+        return Knob(name, 1.0, "1", of_walls)
+    raise InputError(f"given {name}: allowed are {', '.join(knob_names(problem))}")
+
+
+_LAYER = {"modulus": "Pa", "thickness": "m", "poisson": "1"}
+
+
+def knob_names(problem: Problem) -> list[str]:
+    """What `knob` takes for this problem."""
+    names = []
+    for volume, material in problem.materials.items():
+        words = [*material.law.parameters, "scale"]
+        words += ["bulk"] if np.isfinite(material.bulk) and material.law.bulk is None else []
+        words += ["density"] if material.density is not None else []
+        names += [f"materials.{volume}.{word}" for word in words]
+    names += [f"layers.{layer}.{word}" for layer in problem.layers for word in _LAYER]
+    return [*names, "walls.scale"]
+
+
+def _material_knob(name: str, volume: str, word: str, material: Material) -> Knob:
+    law = material.law
+
+    def put(p: Problem, **changes: object) -> Problem:
+        changed = replace(p.materials[volume], **changes)  # type: ignore[arg-type]
+        return replace(p, materials={**p.materials, volume: changed})
+
+    def own_bulk(parameters: dict[str, float]) -> float:
+        return material.bulk if law.bulk is None else float(law.bulk(**parameters))
+
+    if word in law.parameters:
+
+        def of_law(p: Problem, value: float) -> Problem:
+            parameters = {**p.materials[volume].parameters, word: value}
+            return put(p, parameters=parameters, bulk=own_bulk(parameters))
+
+        return Knob(name, float(material.parameters[word]), law.parameters[word], of_law)
+    if word == "scale":
+
+        def of_scale(p: Problem, value: float) -> Problem:
+            parameters = {
+                key: number * value if law.parameters[key] == "Pa" else number
+                for key, number in p.materials[volume].parameters.items()
+            }
+            return put(p, parameters=parameters, bulk=p.materials[volume].bulk * value)
+
+        return Knob(name, 1.0, "1", of_scale)
+    units = {"bulk": "Pa", "density": "kg/m^3"}
+    value = getattr(material, word) if word in units else None
+    if value is None or not np.isfinite(value) or (word == "bulk" and law.bulk is not None):
+        words = ", ".join([*law.parameters, "scale"])
+        raise InputError(f"given {name}: the material of {volume} has no such number to vary; try {words}")
+    return Knob(name, float(value), units[word], lambda p, v: put(p, **{word: v}))
+
+
+class Sensitivities(Silent):
+    """Observer of `solve`: `found` holds the Derivatives of every load point (or of every converged state).
+
+    Parameters
+    ----------
+    knobs : what is varied; the cavities' pressures come by themselves where pressure is prescribed
+    every : at every converged state, not at load points only
+    """
+
+    def __init__(self, knobs: Sequence[Knob], every: bool = False) -> None:
+        self.knobs = tuple(knobs)
+        self.every = every
+        self.found: list[Derivatives] = []
+
+    def start(self, problem: Problem, space: Space) -> None:
+        """The problem is accepted: systems of it and of its neighbours, each knob a step up and down."""
+        loads = problem.loads
+        self.problem, self.space = problem, space
+        self.moves_tip = loads.tip_displacement is not None
+        self.free = _Probe(problem, space, hold_tip=self.moves_tip)
+        self.neighbours = [_Neighbours(k, problem, space, self.moves_tip) for k in self.knobs]
+        self.tip_drift = np.zeros((len(self.knobs), space.n_dofs))
+        self.rest_volume = self.free.system.evaluate(self.free.system.rest(), self._no_pressure(), 0.0).volume
+        self.angle = Angle(problem, space)
+        self.size = float(np.ptp(space.points, axis=0).max())
+        self.found = []
+
+    def converged(self, state: State, row: Row, fraction: float) -> None:
+        """Factorize at this state, and one back-substitution a knob."""
+        self.angle(state.displacement)
+        if row.step == 0:
+            self.angle.begin_path(state.displacement)
+        if row.step == 0 and self.problem.blocked and not self.moves_tip:
+            derivatives, motions = self._at(self.free, self.neighbours, state, row)
+            self.tip_drift = motions[: len(self.knobs)]
+            self.free = _Probe(self.problem, self.space, hold_tip=True)
+            self.neighbours = [_Neighbours(k, self.problem, self.space, True) for k in self.knobs]
+            self.found.append(derivatives)
+        elif self.every or row.is_point:
+            self.found.append(self._at(self.free, self.neighbours, state, row)[0])
+
+    def _no_pressure(self) -> np.ndarray:
+        return np.zeros(len(self.problem.mesh.cavities))
+
+    def _at(
+        self, probe: _Probe, neighbours: list[_Neighbours], state: State, row: Row
+    ) -> tuple[Derivatives, np.ndarray]:
+        system = probe.system
+        x = np.concatenate([state.displacement.ravel(), state.pressure_field])
+        pressure = cavity_values(system, state.cavity_pressure)
+        here = system.evaluate(x, pressure, 1.0)
+        solver = make_solver(system.pattern)
+        solver.factorize(system.tangent(x, pressure))
+        n, free = len(self.knobs), system.pattern.free
+        drifting = system.holds_tip and not self.moves_tip
+
+        def motion(load: np.ndarray) -> np.ndarray:
+            out = np.zeros(system.space.n_dofs)
+            out[free] = -solver.solve(load) * system.scale
+            return out
+
+        # rows: knobs, then cavity pressures; dR/dP = - dV/dx
+        forces = [pair.residual(x, pressure, system) for pair in neighbours]
+        direct = np.array([pair.volume for pair in neighbours]).reshape(n, len(pressure))
+        motions = []
+        for k, force in enumerate(forces):
+            if drifting and self.tip_drift[k].any():
+                held = np.where(system.held, self.tip_drift[k], 0.0)
+                push, _ = self._along(probe, x, pressure, held)
+                motions.append(held + motion(force + push))
+            else:
+                motions.append(motion(force))
+        by_pressure = [motion(-g / system.stress_unit) for g in here.gradient]
+        moves = np.array([*motions, *by_pressure]).reshape(n + len(by_pressure), -1)
+        unit = system.scale / system.length_unit**3
+        slope = np.array([g / unit for g in here.gradient])
+        change = moves[:, free] @ slope.T
+        change[:n] += direct
+        if drifting:
+            for k in range(n):
+                change[k] += self._volume_of_held(probe, x, pressure, np.where(system.held, moves[k], 0.0))
+        answer = np.zeros((n + len(by_pressure), len(pressure)))
+        answer[n:] = np.eye(len(pressure))
+        if self.problem.loads.control != "pressure" and row.step > 0:
+            loads = self.problem.loads
+            target = np.zeros_like(pressure)
+            constraint = Constraint(loads.control, target, self.rest_volume, loads.atmosphere)
+            on_volume, on_pressure = constraint.derivatives(pressure, here.volume)
+            matrix = on_volume[:, None] * change[n:].T + np.diag(on_pressure)
+            answer[:n] = np.linalg.solve(matrix, -(on_volume[:, None] * change[:n].T)).T
+            moves[:n] += answer[:n] @ moves[n:]
+            change[:n] += answer[:n] @ change[n:]
+        derivatives = self._observe(probe, neighbours, x, pressure, row, moves, answer, change)
+        solver.free()
+        return derivatives, moves
+
+    def _observe(self, probe, neighbours, x, pressure, row, moves, answer, change) -> Derivatives:
+        """Observables along dx/dq, and where a knob moves the mesh also directly."""
+        system, n = probe.system, len(self.knobs)
+        names = [k.name for k in self.knobs] + [f"pressure.{c}" for c in system.cavities]
+        angle, tip, force = np.zeros(len(names)), np.zeros((len(names), 3)), np.zeros(len(names))
+        u = system.displacement(x)
+        for k, move in enumerate(moves):
+            du = system.displacement(move)
+            angle[k], tip[k] = _turning(self.angle, self.angle, u, du, self.size)
+            if k < n and neighbours[k].shape is not None:
+                up, down = neighbours[k].shape
+                a, b = copy.copy(up), copy.copy(down)
+                for probe_angle in (a, b):
+                    probe_angle.previous, probe_angle.axis = self.angle.previous, self.angle.axis
+                    probe_angle.reference = self.angle.reference
+                angle[k] += (a(u) - b(u)) / neighbours[k].width
+                tip[k] += (a.tip(u) - b.tip(u)) / neighbours[k].width
+            if system.holds_tip and row.force_vector is not None and row.step > 0:
+                force[k] = self._force(
+                    probe, neighbours[k] if k < n else None, x, pressure, move, answer[k], row
+                )
+        keep = np.arange(len(names)) < (len(names) if self.problem.loads.control == "pressure" else n)
+        return Derivatives(
+            tuple(np.array(names)[keep].tolist()),
+            row,
+            angle[keep],
+            tip[keep],
+            change[keep].sum(axis=1) * system.multiplicity,
+            force[keep] if row.force is not None else None,
+            answer[keep],
+        )
+
+    def _along(self, probe: _Probe, x, pressure, direction) -> tuple[np.ndarray, np.ndarray]:
+        """Dimensionless dR/dx . direction on the free unknowns, and d(tip reaction): central differences."""
+        h = _PROBE * self.size / max(float(np.abs(direction[: probe.system.n_u]).max()), 1e-300)
+        ends = []
+        for sign in (1.0, -1.0):
+            e = probe.system.evaluate(x + sign * h * direction, pressure, 1.0)
+            ends.append((e.residual, probe.system.tip_reaction() if probe.system.holds_tip else np.zeros(3)))
+        return (ends[0][0] - ends[1][0]) / (2 * h), (ends[0][1] - ends[1][1]) / (2 * h)
+
+    def _volume_of_held(self, probe: _Probe, x, pressure, direction) -> np.ndarray:
+        if not direction.any():
+            return np.zeros(len(pressure))
+        h = _PROBE * self.size / float(np.abs(direction).max())
+        up, down = (probe.system.evaluate(x + s * h * direction, pressure, 1.0).volume for s in (1.0, -1.0))
+        return (up - down) / (2 * h)
+
+    def _force(self, probe, pair, x, pressure, move, answer, row) -> float:
+        """d|reaction|: along the state's motion, by the pressures' answer, and directly."""
+        _, change = self._along(probe, x, pressure, move)
+        width = 2e-3 * max(float(np.abs(pressure).max()), 1.0)
+        if answer.any():
+            ends = []
+            for sign in (0.5, -0.5):
+                probe.system.evaluate(x, pressure + sign * width * answer / np.abs(answer).max(), 1.0)
+                ends.append(probe.system.tip_reaction())
+            change = change + (ends[0] - ends[1]) / width * np.abs(answer).max()
+        if pair is not None:
+            change = change + pair.reaction
+        size = float(np.linalg.norm(row.force_vector))
+        return float(change @ row.force_vector / size) if size > 0 else float(np.linalg.norm(change))
+
+
+@dataclass
+class _Probe:
+    """A system of its own, so that the run's is not disturbed."""
+
+    problem: Problem
+    space: Space
+    hold_tip: bool
+
+    def __post_init__(self) -> None:
+        self.system = System(self.problem, self.space, self.hold_tip)
+
+
+class _Neighbours:
+    """The problem with one knob a step up and a step down: differences of the residual at one state.
+
+    After `residual`: volume (n_cavities,) m^3 and reaction (3,) N, direct differences a unit of the knob.
+    shape : the two rest shapes' angles where the knob moves the mesh, else None
+    """
+
+    def __init__(self, k: Knob, problem: Problem, space: Space, hold_tip: bool) -> None:
+        step = STEP * (abs(k.value) if k.value else 1.0)
+        self.width = 2 * step
+        ends = [k.turn(problem, k.value + step), k.turn(problem, k.value - step)]
+        moved = ends[0].mesh is not problem.mesh
+        spaces = [build_space(p.mesh) for p in ends] if moved else [space, space]
+        self.systems = [System(p, s, hold_tip) for p, s in zip(ends, spaces, strict=True)]
+        self.shape = (Angle(ends[0], spaces[0]), Angle(ends[1], spaces[1])) if moved else None
+        self.volume = np.zeros(0)
+        self.reaction = np.zeros(3)
+
+    def residual(self, x: np.ndarray, pressure: np.ndarray, system: System) -> np.ndarray:
+        """(n_free,) dR/dq, dimensionless in the units of `system`."""
+        forces, volumes, reactions = [], [], []
+        for neighbour in self.systems:
+            e = neighbour.evaluate(x, pressure, 1.0)
+            forces.append(e.residual * (neighbour.energy_unit / neighbour.scale))
+            volumes.append(e.volume)
+            reactions.append(neighbour.tip_reaction() if neighbour.holds_tip else np.zeros(3))
+        self.volume = (volumes[0] - volumes[1]) / self.width
+        self.reaction = (reactions[0] - reactions[1]) / self.width
+        return (forces[0] - forces[1]) / self.width * (system.scale / system.energy_unit)
+
+
+def _turning(up: Angle, down: Angle, u: np.ndarray, du: np.ndarray, size: float) -> tuple[float, np.ndarray]:
+    """d angle (rad) and d tip (3,) m along du, by central differences."""
+    largest = float(np.abs(du).max())
+    if largest == 0.0:
+        return 0.0, np.zeros(3)
+    h = _PROBE * size / largest
+    a, b = copy.copy(up), copy.copy(down)
+    angle = (a(u + h * du) - b(u - h * du)) / (2 * h)
+    return (0.0 if np.isnan(angle) else float(angle)), (up.tip(u + h * du) - down.tip(u - h * du)) / (2 * h)
