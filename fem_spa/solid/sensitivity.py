@@ -6,7 +6,8 @@ modulus, a cavity's pressure, a mode of the mesh) moves the state by
     dx/dq = - K^-1 dR/dq,      K = dR/dx, factorized once a state
 
 and an observable O(x, q) by dO/dq + dO/dx . dx/dq. dR/dq is a central difference of the residual in q at
-fixed x, with the relative step 1e-4: exact where the residual is linear in q (moduli, thickness, density), else of relative error 1e-8. Where volume or gas mass is prescribed, the pressure answers too: the tangent is
+fixed x, with the relative step 1e-4: exact where the residual is linear in q (moduli, thickness, density),
+else of relative error 1e-8. Where volume or gas mass is prescribed, the pressure answers too: the tangent is
 bordered by dV/dx, as in newton.py. A blocked tip stays where gravity left it, which may itself depend on q.
 
 Walls (the scale of all walls' thickness) are such a number as well: a mode of the mesh moves its nodes, and
