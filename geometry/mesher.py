@@ -77,7 +77,11 @@ def estimate_elements(volume: float, area: float, size: float) -> float:
 
 
 def mesh_named(
-    build: Callable[[Any], tuple[Named, float]], size: float, order: int, source: str
+    build: Callable[[Any], tuple[Named, float]],
+    size: float,
+    order: int,
+    source: str,
+    examine: Callable[[TaggedMesh, CadMeasure], None] = lambda mesh, cad: None,
 ) -> tuple[TaggedMesh, CadMeasure]:
     """Build a model in gmsh, mesh it, and take the mesh out; with finer round walls where that fails.
 
@@ -90,11 +94,12 @@ def mesh_named(
     size : element size, m
     order : 1 or 2
     source : the model in words
+    examine : raises GeometryError where the mesh does not pass; the last attempt's is passed on
 
     Raises
     ------
     GeometryError
-        where the mesh would be larger than three million elements, or gmsh fails
+        where the mesh would be larger than three million elements, gmsh fails, or no attempt passes
     """
     words = ""
     for number, (per_turn, algorithm) in enumerate(ATTEMPTS):
@@ -109,8 +114,16 @@ def mesh_named(
             except Exception as error:  # gmsh raises plain Exception
                 words = str(error)
                 continue
-            if worst > GOOD or (last and worst > -1.0):
-                return _extract(gmsh, named, order, source, scale), cad
+            if worst <= GOOD and not (last and worst > -1.0):
+                continue
+            mesh = _extract(gmsh, named, order, source, scale)
+        try:
+            examine(mesh, cad)
+        except GeometryError:
+            if last:
+                raise
+            continue
+        return mesh, cad
     raise GeometryError(
         f"no good tets of it ({words or 'inverted elements'}); likely cause: elements too coarse "
         f"for a thin round wall; try: an element size below {millimetres(size)}"
@@ -167,7 +180,10 @@ def _mesh(gmsh: Any, size: float, order: int, per_turn: int, algorithm: int, rep
         else 0
     )
     if bad and (repair or bad < 0.02 * len(tags)):
+        # where it cannot mend all, it throws out of a parallel region, which ends the process: let it go on
+        option("General.AbortOnError", 0)
         gmsh.model.mesh.optimize("HighOrder")
+        option("General.AbortOnError", 2)
     return _worst(gmsh, 11, "minSICN")
 
 

@@ -87,7 +87,7 @@ class Shape(ABC):
         """
         from geometry.cad import split
         from geometry.checks import check
-        from geometry.mesher import check_request, mesh_named
+        from geometry.mesher import CadMeasure, check_request, mesh_named
         from geometry.session import MM
 
         self.validate()
@@ -97,9 +97,10 @@ class Shape(ABC):
         def build(gmsh: Any) -> tuple[Named, float]:
             return split(gmsh, self._draw(gmsh)), MM
 
-        mesh, cad = mesh_named(build, size, order, self.describe())
-        check(mesh, surfaces=self.surface_names(), volumes=self.volume_names(), cad=cad)
-        return mesh
+        def examine(mesh: TaggedMesh, cad: CadMeasure) -> None:
+            check(mesh, surfaces=self.surface_names(), volumes=self.volume_names(), cad=cad)
+
+        return mesh_named(build, size, order, self.describe(), examine)[0]
 
     @abstractmethod
     def _relations(self) -> None:
