@@ -1,0 +1,245 @@
+"""Kind "rod": the three-chamber arm as a Cosserat rod; three pressures in, the tip's x, y, z out.
+
+    [model]
+    kind = "rod"
+    preset = "am-i-support"      # Table 1 of the arm paper, then overridden:
+    gravity = true               # false: weightless, a payload too
+    damping = true               # false: quasi-static, the equilibrium of every moment
+    strain_gains = true          # false: all 1; or [1.0, 1.0, 1.1]
+    valve = true                 # false: no threshold, no transient, no delay
+    modulus = "1.6464 MPa"       # any parameter by its name
+    law = "law.csv"              # one chamber's actuation from FE (rod_law.py) in place of (24)-(26)
+
+The base is at the origin, z up, the rest tip at (0, 0, -190 mm); chamber 1 on +y, 2 at (+x, -y), 3 at (-x,
+-y). `orientation` of a drive turns gravity in the y-z plane: at 90 deg the arm lies level and the bending
+that chamber 1 makes lifts it. The tip is given in the frame of the base. The mass is shared by the nodes,
+ends half; the arm starts at rest under gravity, unpressurised. See docs/rod.md for the scheme and what was
+measured with it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from fem_spa.errors import InputError
+from fem_spa.reduced.checks import check_drive
+from fem_spa.reduced.model import Drive, Output, Parameter, Range
+from fem_spa.reduced.rod_actuation import spontaneous
+from fem_spa.reduced.rod_kernel import verlet
+from fem_spa.reduced.rod_law import RodLaw, read_law
+from fem_spa.reduced.rod_parameters import CHAMBERS, preset
+from fem_spa.reduced.rod_section import Discrete, discrete
+from fem_spa.reduced.rod_static import equilibria
+from fem_spa.reduced.tables import changed, common_table, read_parameters, read_valid, refuse_unknown
+from fem_spa.reduced.valve import Valve, valve_pressure
+from fem_spa.units import brief, quantity
+
+SWITCHES = ("gravity", "damping", "strain_gains", "valve")
+GRID = 1e-3
+"""s; spacing of the pressures that a time loop gets."""
+SAFE = 0.9
+"""Of the largest stable explicit step."""
+_OUTPUTS = (Output("x", "mm"), Output("y", "mm"), Output("z", "mm"))
+
+
+@dataclass(frozen=True, eq=False)
+class Rod:
+    """The arm; `parameters` of rod_parameters.py, four switches, the law of a chamber or None."""
+
+    parameters: Mapping[str, Parameter]
+    gravity: bool = True
+    damping: bool = True
+    strain_gains: bool = True
+    valve: bool = True
+    law: RodLaw | None = None
+    valid: Range | None = None
+    preset: str = "am-i-support"
+    kind: str = "rod"
+    chambers: int = CHAMBERS
+    outputs: tuple[Output, ...] = _OUTPUTS
+
+    def with_values(self, **values: float) -> Self:
+        """A copy with other values in SI; InputError for an unknown name, or one out of bounds."""
+        return replace(self, parameters=changed(self.parameters, values, self.kind))
+
+    def switched(self, **switches: bool) -> Self:
+        """A copy with `gravity`, `damping`, `strain_gains`, `valve` on or off."""
+        return replace(self, **switches)  # type: ignore[arg-type]
+
+    def values(self) -> dict[str, float]:
+        """Name -> value in SI."""
+        return {name: p.value for name, p in self.parameters.items()}
+
+    def supply(self) -> Valve:
+        """The valve before the chambers; one that does nothing where it is switched off."""
+        v = self.values()
+        if not self.valve:
+            return Valve()
+        return Valve(v["rise_time"], v["drop_time"], v["valve_delay"], v["pressure_threshold"])
+
+    def discrete(self) -> Discrete:
+        """The rod of nodes and elements."""
+        return discrete(self.values(), self.law)
+
+    def strains(self, pressure: np.ndarray) -> np.ndarray:
+        """Spontaneous strains (m, 3) at chamber pressures (m, 3) Pa: sigma_3, kappa_1, kappa_2."""
+        return spontaneous(pressure, self.values(), self.strain_gains, self.law)
+
+    def simulate(self, drive: Drive) -> np.ndarray:
+        """(n, 3) tip in m at the drive's times.
+
+        InputError as `check_drive`, or where no equilibrium is found or the time loop grows without bound.
+        """
+        time, pressure = check_drive(drive, self.chambers, self.kind)
+        if not self.damping:
+            inside = valve_pressure(time, pressure, self.supply())
+            return self.settled(inside, drive.orientation, drive.payload)
+        grid = time[0] + GRID * np.arange(math.ceil((time[-1] - time[0]) / GRID - 1e-9) + 1)
+        inside = valve_pressure(time, pressure, self.supply(), at=grid)
+        tip = self.march(self.strains(inside), GRID, drive.orientation, drive.payload)
+        return np.column_stack([np.interp(time, grid, column) for column in tip.T])
+
+    def settled(self, pressure: np.ndarray, orientation: float = 0.0, payload: float = 0.0) -> np.ndarray:
+        """(m, 3) tip in m at rest under each of the chamber pressures (m, 3) Pa, no valve before them."""
+        tip = self.rest(self.strains(np.atleast_2d(pressure)), orientation, payload)[0]
+        return self._placed(tip)
+
+    def rest(
+        self,
+        strain: np.ndarray,
+        orientation: float = 0.0,
+        payload: float = 0.0,
+        tip_force: Any = (0.0, 0.0, 0.0),
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Equilibria of spontaneous strains (m, 3): tip (m, 3); nodes (n + 1, 3), directors (n, 9) at last.
+
+        tip_force : N in the frame of the clamp. InputError where no equilibrium is found.
+        """
+        rod = self.discrete()
+        r, Q = straight(rod)
+        mass = rod.mass.copy()
+        mass[-1] += self._payload(payload)
+        weight = mass[:, None] * self.pull(orientation)
+        force = np.asarray(tip_force, float)
+        tip = equilibria(strain, Q, r, weight, force, rod.length, rod.axial, rod.bending)
+        if not np.all(np.isfinite(tip)):
+            row = int(np.argmin(np.isfinite(tip).all(axis=1)))
+            raise InputError(
+                f"the rod finds no equilibrium at row {row + 1}: the load is too much for its stiffness; "
+                "see modulus, payload and pressures"
+            )
+        return tip, r, Q
+
+    def march(self, strain: np.ndarray, grid: float, orientation: float, payload: float) -> np.ndarray:
+        """(m, 3) tip at points `grid` s apart, explicit in time, from rest without pressure.
+
+        strain : (m, 3) spontaneous strains at the points, linear in between
+        """
+        value, rod = self.values(), self.discrete()
+        _, r, Q = self.rest(self.strains(np.zeros((1, CHAMBERS))), orientation, payload)
+        substeps = max(1, math.ceil(grid / min(value["time_step"], SAFE * largest_step(rod, value)) - 1e-9))
+        v, w = np.zeros_like(r), np.zeros((rod.n, 3))
+        extra, pull, slow = self._payload(payload), self.pull(orientation), value["translational_damping"]
+        stiff = (rod.length, rod.mass, extra, rod.inertia, rod.axial, rod.bending)
+        tip = verlet(r, v, Q, w, strain, substeps, grid / substeps, *stiff, pull, slow, rod.slow)
+        if not np.all(np.isfinite(tip)):
+            raise InputError("the rod's motion grows without bound; give a smaller model.time_step")
+        return self._placed(tip)
+
+    def pull(self, orientation: float) -> np.ndarray:
+        """(3,) gravity in the frame of the clamp, m/s^2; zero where it is switched off."""
+        size = self.parameters["gravity_acceleration"].value if self.gravity else 0.0
+        return size * self._tilt().T @ np.array([0.0, math.sin(orientation), -math.cos(orientation)])
+
+    def _payload(self, payload: float) -> float:
+        return payload + self.parameters["payload"].value
+
+    def _tilt(self) -> np.ndarray:
+        """Rotation (3, 3) of the clamp in its stand."""
+        a, b = (self.parameters[f"base_tilt_{axis}"].value for axis in "xy")
+        about_x = np.array([[1, 0, 0], [0, math.cos(a), -math.sin(a)], [0, math.sin(a), math.cos(a)]])
+        about_y = np.array([[math.cos(b), 0, math.sin(b)], [0, 1, 0], [-math.sin(b), 0, math.cos(b)]])
+        return about_y @ about_x
+
+    def _placed(self, tip: np.ndarray) -> np.ndarray:
+        """The tip as the bench sees it: tilt and offset of the frame."""
+        return tip @ self._tilt().T + np.array([self.parameters[f"offset_{axis}"].value for axis in "xyz"])
+
+    def table(self) -> dict[str, Any]:
+        """The `[model]` table: what differs from the preset, the switches, the law."""
+        base = preset(self.preset)
+        names = [n for n, p in self.parameters.items() if p != base[n]]
+        table = common_table(self.kind, self.parameters, self.valid, self.outputs, names)
+        table = {"kind": self.kind, "preset": self.preset} | {s: getattr(self, s) for s in SWITCHES} | table
+        return table | ({"law": self.law.table()} if self.law is not None else {})
+
+
+def straight(rod: Discrete) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes (n + 1, 3) and directors (n, 9) at rest: from the origin down, {d1, d2, d3} = {-x, y, -z}."""
+    r = np.zeros((rod.n + 1, 3))
+    r[:, 2] = -rod.length * np.arange(rod.n + 1)
+    return r, np.tile(np.array([-1.0, 0, 0, 0, 1.0, 0, 0, 0, -1.0]), (rod.n, 1))
+
+
+def largest_step(rod: Discrete, value: Mapping[str, float]) -> float:
+    """The explicit step at which the stiffest wave of the unstretched rod would grow, s."""
+    spin = max((4 * rod.bending[0] / rod.length + rod.axial[0] * rod.length) / rod.inertia[0], 0.0)
+    shift = 4 * rod.axial[2] / (rod.length * rod.mass[1])
+    return 2.0 / math.sqrt(max(spin, shift))
+
+
+def arm(name: str = "am-i-support") -> Rod:
+    """The arm of a preset; InputError for an unknown one."""
+    return Rod(preset(name), preset=name)
+
+
+def read(table: Mapping[str, Any], where: Path) -> Rod:
+    """The rod of a `[model]` table.
+
+    Raises
+    ------
+    InputError : no or an unknown preset, an unknown key, a switch that is none, a value out of range
+    """
+    if "preset" not in table:
+        raise InputError("given no model.preset: kind 'rod' needs one; write preset = 'am-i-support'")
+    base = preset(table["preset"])
+    refuse_unknown(table, (*base, "preset", *SWITCHES, "law"))
+    parameters = read_parameters(table, base)
+    switches: dict[str, bool] = {}
+    for name in SWITCHES:
+        given = table.get(name, True)
+        if name == "strain_gains" and isinstance(given, list):
+            parameters |= _gains(given, parameters)
+            given = True
+        if not isinstance(given, bool):
+            more = " or a list of three gains" if name == "strain_gains" else ""
+            raise InputError(f"given {brief(given)} for model.{name}: true or false is needed{more}")
+        switches[name] = given
+    law = read_law(table["law"], where) if "law" in table else None
+    n = parameters["elements"].value
+    if n != round(n):
+        raise InputError(f"given {n:g} for model.elements: a whole number is needed")
+    rod = Rod(parameters, law=law, valid=read_valid(table, _OUTPUTS), preset=str(table["preset"]))
+    rod = rod.switched(**switches)
+    rod.discrete()
+    return rod
+
+
+def _gains(given: list[Any], parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
+    """Strain gains of a list."""
+    if len(given) != CHAMBERS:
+        raise InputError(
+            f"given {len(given)} numbers for model.strain_gains: three are needed, one a chamber"
+        )
+    found = {}
+    for i, number in enumerate(given, 1):
+        p = parameters[f"strain_gain_{i}"]
+        value = quantity(number, "1", "model.strain_gains", low=p.low, high=p.high)
+        found[f"strain_gain_{i}"] = p if value == p.value else replace(p, value=value, source="")
+    return found
