@@ -82,8 +82,8 @@ def valve_pressure(
     Parameters
     ----------
     time : (n,) s, increasing
-    pressure : (n, chambers) or (n,) Pa commanded, linear between samples; unpressurised before the first, whose
-        command comes as a step; the last command holds on
+    pressure : (n, chambers) or (n,) Pa commanded, linear between samples; unpressurised before the first,
+        whose command comes as a step; the last command holds on
     at : (m,) s, increasing, none before time[0]; where the answer is wanted, default `time`
     step : s, how finely commands are followed
 

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
@@ -121,6 +121,28 @@ def elements(time, pressure, share, rate):
                 ramp = x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x / 120.0)))
             y[j + 1, i] = y[j, i] + (share[i] * p - y[j, i]) * grown + share[i] * dp * ramp
     return y
+
+
+def boltzmann(
+    compliance: Callable[[np.ndarray], np.ndarray], time: np.ndarray, pressure: np.ndarray, points: int = 16
+) -> np.ndarray:
+    """(3) for any creep compliance: response (n,) to pressure (n,) Pa, linear between times (n,) s.
+
+    Gauss-Legendre over each interval, `points` of them; the work grows with n^2. For series of elements
+    `KelvinVoigt.simulate` is exact and far faster.
+
+    Parameters
+    ----------
+    compliance : t (any shape) in s -> J(t), output a Pa, for t >= 0
+    """
+    t, p = np.asarray(time, float), np.asarray(pressure, float)
+    x, weight = np.polynomial.legendre.leggauss(points)
+    x, weight = 0.5 * (x + 1.0), 0.5 * weight
+    past = t[:-1, None] + np.diff(t)[:, None] * x
+    result = p[0] * compliance(t - t[0])
+    for k in range(1, t.size):
+        result[k] += np.sum(np.diff(p)[:k] * (compliance(t[k] - past[:k]) @ weight))
+    return np.asarray(result)
 
 
 def kelvin_voigt(
