@@ -1,0 +1,8 @@
+"""Blind records for `fem-spa diagnose`: a generator, a runner and a scorer.
+
+It reads nothing of `fem_spa.loop`: the physics here has other functional forms than the library of effects,
+so that what is scored is whether the program finds a cause, not whether it finds its own formula again.
+
+    python -m benchmarks.loop run --tier single --count 40 --seed 1000 --out DIR
+    python -m benchmarks.loop page --out DIR --page docs/loop.md
+"""
