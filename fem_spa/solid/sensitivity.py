@@ -217,8 +217,9 @@ class Sensitivities(Silent):
         x = np.concatenate([state.displacement.ravel(), state.pressure_field])
         pressure = cavity_values(system, state.cavity_pressure)
         here = system.evaluate(x, pressure, 1.0)
+        tangent = system.tangent(x, pressure)  # before the pattern is asked for: contact may widen it
         solver = make_solver(system.pattern)
-        solver.factorize(system.tangent(x, pressure))
+        solver.factorize(tangent)
         n, free = len(self.knobs), system.pattern.free
         drifting = system.holds_tip and not self.moves_tip
 
