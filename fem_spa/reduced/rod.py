@@ -8,6 +8,7 @@
     strain_gains = true          # false: all 1; or [1.0, 1.0, 1.1]
     valve = true                 # false: no threshold, no transient, no delay
     modulus = "1.6464 MPa"       # any parameter by its name
+    clamp = "element"            # holds the whole first element, as PyElastica; "base": its frame alone
     law = "law.csv"              # one chamber's actuation from FE (rod_law.py) in place of (24)-(26)
 
 The base is at the origin, z up, the rest tip at (0, 0, -190 mm); chamber 1 on +y, 2 at (+x, -y), 3 at (-x,
@@ -31,7 +32,7 @@ from fem_spa.errors import InputError
 from fem_spa.reduced.checks import check_drive
 from fem_spa.reduced.model import Drive, Output, Parameter, Range
 from fem_spa.reduced.rod_actuation import spontaneous
-from fem_spa.reduced.rod_kernel import verlet
+from fem_spa.reduced.rod_kernel import CLAMP, verlet
 from fem_spa.reduced.rod_law import RodLaw, read_law
 from fem_spa.reduced.rod_parameters import CHAMBERS, preset
 from fem_spa.reduced.rod_section import Discrete, discrete
@@ -50,7 +51,7 @@ _OUTPUTS = (Output("x", "mm"), Output("y", "mm"), Output("z", "mm"))
 
 @dataclass(frozen=True, eq=False)
 class Rod:
-    """The arm; `parameters` of rod_parameters.py, four switches, the law of a chamber or None."""
+    """The arm; `parameters` of rod_parameters.py, four switches, the law of a chamber or None, the clamp."""
 
     parameters: Mapping[str, Parameter]
     gravity: bool = True
@@ -58,6 +59,7 @@ class Rod:
     strain_gains: bool = True
     valve: bool = True
     law: RodLaw | None = None
+    clamp: str = "element"
     valid: Range | None = None
     preset: str = "am-i-support"
     kind: str = "rod"
@@ -82,6 +84,11 @@ class Rod:
         if not self.valve:
             return Valve()
         return Valve(v["rise_time"], v["drop_time"], v["valve_delay"], v["pressure_threshold"])
+
+    @property
+    def hinge(self) -> bool:
+        """Whether the clamp holds the base's frame and not the first element."""
+        return self.clamp == "base"
 
     def discrete(self) -> Discrete:
         """The rod of nodes and elements."""
@@ -127,7 +134,7 @@ class Rod:
         mass[-1] += self._payload(payload)
         weight = mass[:, None] * self.pull(orientation)
         force = np.asarray(tip_force, float)
-        tip = equilibria(strain, Q, r, weight, force, rod.length, rod.axial, rod.bending)
+        tip = equilibria(strain, Q, r, weight, force, self.hinge, rod.length, rod.axial, rod.bending)
         if not np.all(np.isfinite(tip)):
             row = int(np.argmin(np.isfinite(tip).all(axis=1)))
             raise InputError(
@@ -146,7 +153,7 @@ class Rod:
         substeps = max(1, math.ceil(grid / min(value["time_step"], SAFE * largest_step(rod, value)) - 1e-9))
         v, w = np.zeros_like(r), np.zeros((rod.n, 3))
         extra, pull, slow = self._payload(payload), self.pull(orientation), value["translational_damping"]
-        stiff = (rod.length, rod.mass, extra, rod.inertia, rod.axial, rod.bending)
+        stiff = (self.hinge, rod.length, rod.mass, extra, rod.inertia, rod.axial, rod.bending)
         tip = verlet(r, v, Q, w, strain, substeps, grid / substeps, *stiff, pull, slow, rod.slow)
         if not np.all(np.isfinite(tip)):
             raise InputError("the rod's motion grows without bound; give a smaller model.time_step")
@@ -177,6 +184,7 @@ class Rod:
         names = [n for n, p in self.parameters.items() if p != base[n]]
         table = common_table(self.kind, self.parameters, self.valid, self.outputs, names)
         table = {"kind": self.kind, "preset": self.preset} | {s: getattr(self, s) for s in SWITCHES} | table
+        table |= {"clamp": self.clamp} if self.hinge else {}
         return table | ({"law": self.law.table()} if self.law is not None else {})
 
 
@@ -184,7 +192,7 @@ def straight(rod: Discrete) -> tuple[np.ndarray, np.ndarray]:
     """Nodes (n + 1, 3) and directors (n, 9) at rest: from the origin down, {d1, d2, d3} = {-x, y, -z}."""
     r = np.zeros((rod.n + 1, 3))
     r[:, 2] = -rod.length * np.arange(rod.n + 1)
-    return r, np.tile(np.array([-1.0, 0, 0, 0, 1.0, 0, 0, 0, -1.0]), (rod.n, 1))
+    return r, np.tile(CLAMP, (rod.n, 1))
 
 
 def largest_step(rod: Discrete, value: Mapping[str, float]) -> float:
@@ -209,7 +217,7 @@ def read(table: Mapping[str, Any], where: Path) -> Rod:
     if "preset" not in table:
         raise InputError("given no model.preset: kind 'rod' needs one; write preset = 'am-i-support'")
     base = preset(table["preset"])
-    refuse_unknown(table, (*base, "preset", *SWITCHES, "law"))
+    refuse_unknown(table, (*base, "preset", *SWITCHES, "law", "clamp"))
     parameters = read_parameters(table, base)
     switches: dict[str, bool] = {}
     for name in SWITCHES:
@@ -225,7 +233,12 @@ def read(table: Mapping[str, Any], where: Path) -> Rod:
     n = parameters["elements"].value
     if n != round(n):
         raise InputError(f"given {n:g} for model.elements: a whole number is needed")
-    rod = Rod(parameters, law=law, valid=read_valid(table, _OUTPUTS), preset=str(table["preset"]))
+    clamp = table.get("clamp", "element")
+    if clamp not in ("element", "base"):
+        raise InputError(f"given {brief(clamp)} for model.clamp: allowed are 'element' and 'base'")
+    rod = Rod(
+        parameters, law=law, clamp=clamp, valid=read_valid(table, _OUTPUTS), preset=str(table["preset"])
+    )
     rod = rod.switched(**switches)
     rod.discrete()
     return rod

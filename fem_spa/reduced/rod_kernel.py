@@ -2,8 +2,9 @@
 
 Gazzola, Dudte, McCormick, Mahadevan, R. Soc. Open Sci. 5 (2018) 171628, and Alessi et al. (5)-(13),
 (31)-(32): n + 1 nodes with positions r and velocities v, n elements with directors Q (rows d1, d2, d3) and
-spins w about them, n - 1 inner points with curvatures. The first node and the first element are clamped.
-All arrays are SI.
+spins w about them, n - 1 inner points with curvatures. The first node is held, and so is the first element
+(PyElastica's clamp, first order in 1/n); or, with `hinge`, the frame that this element is bent against over
+half its length (second order). All arrays are SI.
 """
 
 from __future__ import annotations
@@ -12,6 +13,9 @@ import math
 
 import numpy as np
 from numba import njit
+
+CLAMP = np.array([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0])
+"""Directors of the base, {-x, y, -z} (section III.F)."""
 
 
 @njit(cache=True, inline="always")
@@ -47,9 +51,43 @@ def arc_over_sine(s):
     return math.asin(min(x, 1.0)) / x
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
+def bent(a, c):
+    """Rotation vector from the directors a (9,) to c (9,), about themselves, rad; below 90 degrees."""
+    x0 = 0.5 * (c[3] * a[6] + c[4] * a[7] + c[5] * a[8] - c[6] * a[3] - c[7] * a[4] - c[8] * a[5])
+    x1 = 0.5 * (c[6] * a[0] + c[7] * a[1] + c[8] * a[2] - c[0] * a[6] - c[1] * a[7] - c[2] * a[8])
+    x2 = 0.5 * (c[0] * a[3] + c[1] * a[4] + c[2] * a[5] - c[3] * a[0] - c[4] * a[1] - c[5] * a[2])
+    f = arc_over_sine(x0 * x0 + x1 * x1 + x2 * x2)
+    return x0 * f, x1 * f, x2 * f
+
+
+@njit(cache=True, inline="always")
+def decay(x):
+    """exp(-x), x >= 0."""
+    if x < 1e-3:
+        return 1.0 - x * (1.0 - x * (0.5 - x * (1 / 6 - x / 24)))
+    return math.exp(-x)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz", "reassoc"})
 def verlet(
-    r, v, Q, w, strain, substeps, dt, length, mass, tip, inertia, axial, bending, gravity, slow, spin_slow
+    r,
+    v,
+    Q,
+    w,
+    strain,
+    substeps,
+    dt,
+    hinge,
+    length,
+    mass,
+    tip,
+    inertia,
+    axial,
+    bending,
+    gravity,
+    slow,
+    spin_slow,
 ):
     """March the state in place; the tip at every grid point, (m, 3).
 
@@ -57,7 +95,8 @@ def verlet(
     ----------
     r, v : (n + 1, 3) m, m/s;  Q : (n, 9) directors, row by row;  w : (n, 3) rad/s about them
     strain : (m, 3) spontaneous sigma_3, kappa_1, kappa_2 at the grid points, linear in between
-    substeps : time steps of `dt` s between two grid points;  length : of an element at rest, m
+    substeps : time steps of `dt` s between two grid points;  hinge : see above
+    length : of an element at rest, m
     mass : (n + 1,) kg;  tip : further mass at the last node, kg;  inertia : (3,) of an element, kg m^2
     axial, bending : (3,) N and N m^2;  gravity : (3,) m/s^2
     slow : translational damping lambda_t, 1/s;  spin_slow : (3,) rotational damping rates at rest length, 1/s
@@ -77,13 +116,14 @@ def verlet(
         keep[k] = math.exp(-slow * dt)
     keep[n] = math.exp(-slow * dt * mass[n] / (mass[n] + tip))
     inverse = 1.0 / length
+    free = 0 if hinge else 1
     for j in range(3):
         out[0, j] = r[n, j]
     # the half step of positions that opens the first time step; afterwards two halves run as one
     for k in range(1, n + 1):
         for j in range(3):
             r[k, j] += 0.5 * dt * v[k, j]
-    for k in range(1, n):
+    for k in range(free, n):
         turned(Q, k, 0.5 * dt * w[k, 0], 0.5 * dt * w[k, 1], 0.5 * dt * w[k, 2])
     for point in range(strain.shape[0] - 1):
         for step in range(substeps):
@@ -109,17 +149,12 @@ def verlet(
                 rate[k] = (
                     dx * (v[k + 1, 0] - v[k, 0]) + dy * (v[k + 1, 1] - v[k, 1]) + dz * (v[k + 1, 2] - v[k, 2])
                 ) / l2  # (de/dt) / e
-            for k in range(1, n):
-                a0, a1, a2, a3, a4, a5, a6, a7, a8 = Q[k - 1]
-                c0, c1, c2, c3, c4, c5, c6, c7, c8 = Q[k]
-                x0 = 0.5 * (c3 * a6 + c4 * a7 + c5 * a8 - c6 * a3 - c7 * a4 - c8 * a5)
-                x1 = 0.5 * (c6 * a0 + c7 * a1 + c8 * a2 - c0 * a6 - c1 * a7 - c2 * a8)
-                x2 = 0.5 * (c0 * a3 + c1 * a4 + c2 * a5 - c3 * a0 - c4 * a1 - c5 * a2)
-                f = arc_over_sine(x0 * x0 + x1 * x1 + x2 * x2)
-                x0, x1, x2 = x0 * f, x1 * f, x2 * f  # kappa times the length
-                E = 0.5 * (stretch[k - 1] + stretch[k])
+            for k in range(free, n):
+                x0, x1, x2 = bent(Q[k - 1] if k > 0 else CLAMP, Q[k])
+                per = inverse if k > 0 else 2.0 * inverse
+                E = 0.5 * (stretch[max(k - 1, 0)] + stretch[k])
                 E = 1.0 / (E * E * E)
-                m0, m1, m2 = b0 * (x0 * inverse - k1) * E, b1 * (x1 * inverse - k2) * E, b2 * x2 * inverse * E
+                m0, m1, m2 = b0 * (x0 * per - k1) * E, b1 * (x1 * per - k2) * E, b2 * x2 * per * E
                 couple[k, 0], couple[k, 1], couple[k, 2] = m0, m1, m2
                 cross[k, 0] = 0.5 * (x1 * m2 - x2 * m1)
                 cross[k, 1] = 0.5 * (x2 * m0 - x0 * m2)
@@ -136,7 +171,7 @@ def verlet(
                     for j in range(3):
                         v[n, j] = (v[n, j] - h * force[n, j] + dt * gravity[j]) * keep[n]
                         r[n, j] += dt * v[n, j]
-            for k in range(1, n):
+            for k in range(free, n):
                 e = stretch[k]
                 p0, p1, p2 = w[k, 0], w[k, 1], w[k, 2]
                 j0, j1, j2 = inertia[0] * p0 / e, inertia[1] * p1 / e, inertia[2] * p2 / e
@@ -146,9 +181,9 @@ def verlet(
                 t0 += j1 * p2 - j2 * p1 + j0 * rate[k]
                 t1 += j2 * p0 - j0 * p2 + j1 * rate[k]
                 t2 += j0 * p1 - j1 * p0 + j2 * rate[k]
-                w[k, 0] = (p0 + dt * e / inertia[0] * t0) * math.exp(-spin_slow[0] * e * dt)
-                w[k, 1] = (p1 + dt * e / inertia[1] * t1) * math.exp(-spin_slow[1] * e * dt)
-                w[k, 2] = (p2 + dt * e / inertia[2] * t2) * math.exp(-spin_slow[2] * e * dt)
+                w[k, 0] = (p0 + dt * e / inertia[0] * t0) * decay(spin_slow[0] * e * dt)
+                w[k, 1] = (p1 + dt * e / inertia[1] * t1) * decay(spin_slow[1] * e * dt)
+                w[k, 2] = (p2 + dt * e / inertia[2] * t2) * decay(spin_slow[2] * e * dt)
                 turned(Q, k, dt * w[k, 0], dt * w[k, 1], dt * w[k, 2])
         for j in range(3):
             out[point + 1, j] = r[n, j] - 0.5 * dt * v[n, j]
