@@ -6,7 +6,7 @@ has been refitted as `diagnose` refits it (gain and offset; four parameters and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +23,17 @@ from benchmarks.loop.strange import STRANGE
 from benchmarks.loop.supply import SUPPLY
 
 KNOWN = [*SUPPLY, *RUBBER, *BODY, *SENSING]
-TIERS = ("null", "single", "pair", "strange", "distractor")
+TIERS = ("null", "single", "pair", "strange", "distractor", "placebo")
+PLACEBO = {
+    "hysteresis",
+    "friction",
+    "creep",
+    "viscous-lag",
+    "pressure-lag",
+    "dead-band",
+    "mullins",
+    "contact",
+}
 SIZES = (0.01, 0.03, 0.06)
 ORDER = ("supply", "chamber", "map", "output", "sensor")
 NOT_ON_ELEMENTS = {"gravity", "payload", "creep", "viscous-lag", "wall-thickness", "sensor-drift", "inertia"}
@@ -76,6 +86,21 @@ def response(base: Base, line: Line, effects: Sequence[Effect]) -> tuple[np.ndar
     return measured, y
 
 
+def observed(case: Case) -> tuple[np.ndarray, np.ndarray]:
+    """Chamber pressure and output. In a placebo each record shows what the effect did to another."""
+    chamber, output = response(case.base, case.line, case.effects)
+    if case.tier != "placebo":
+        return chamber, output
+    _, plain = response(case.base, case.line, ())
+    shown, record = plain.copy(), case.line.record
+    for k in range(len(case.plans)):
+        other = np.nonzero(record == (k + 3) % len(case.plans))[0]
+        rows = np.nonzero(record == k)[0]
+        at = np.linspace(0, len(other) - 1, len(rows)).round().astype(int)
+        shown[rows] += (output - plain)[other[at]]
+    return case.line.command, shown
+
+
 def refit_columns(base: Base, line: Line) -> np.ndarray:
     """Directions that the refit of the base model takes away, (seen, columns)."""
     plain = base.respond(line, line.command)
@@ -125,11 +150,14 @@ def possible(physics: Physics, protocol: str, kind: str) -> bool:
     return not (protocol == "D+" and physics.name == "dead-band" and physics.slot == "chamber")
 
 
-def draw_case(tier: str, number: int, seed: int, protocol: str | None = None) -> Case:
-    """Case `number` of a tier; the same three numbers give the same case."""
+def draw_case(
+    tier: str, number: int, seed: int, protocol: str | None = None, among: Collection[str] = ()
+) -> Case:
+    """Case `number` of a tier; same numbers, same case. `among`: effects it may have."""
     rng = np.random.default_rng([seed, number, TIERS.index(tier)])
     kind = "kelvin-voigt" if tier in ("null", "single") and rng.random() < 0.12 else "curve"
-    protocol = protocol or PROTOCOLS[number % len(PROTOCOLS)]
+    usual = PROTOCOLS[3:] if tier == "placebo" else PROTOCOLS
+    protocol = protocol or usual[number % len(usual)]
     base = draw_base(rng, kind)
     faults: tuple[str, ...] = ()
     if tier == "distractor":
@@ -140,7 +168,10 @@ def draw_case(tier: str, number: int, seed: int, protocol: str | None = None) ->
     if tier == "strange":
         size = max(size, 0.03)
     for _ in range(60):
-        chosen = _choose(rng, STRANGE if tier == "strange" else KNOWN, count, protocol, kind, number)
+        library = STRANGE if tier == "strange" else KNOWN
+        if tier == "placebo" or among:
+            library = [c for c in library if c.name in (among or PLACEBO)]
+        chosen = _choose(rng, library, count, protocol, kind)
         names = {c.name for c in chosen}
         plans, line, logged = _session(rng, names, protocol, base, kind)
         effects = tuple(
@@ -174,7 +205,7 @@ def draw_case(tier: str, number: int, seed: int, protocol: str | None = None) ->
 
 
 def _choose(
-    rng: np.random.Generator, library: list[Physics], count: int, protocol: str, kind: str, number: int
+    rng: np.random.Generator, library: list[Physics], count: int, protocol: str, kind: str
 ) -> list[Physics]:
     """Effects of different classes, names equally often."""
     names = sorted({c.name for c in library if possible(c, protocol, kind)})

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.loop.cases import Case, response
+from benchmarks.loop.cases import Case, observed
 from benchmarks.loop.noise import measured, sampled
 
 BEGIN = datetime.datetime(2026, 3, 2, 9, 0, 0)
@@ -20,7 +20,7 @@ def write_case(case: Case, folder: Path) -> dict[str, Any]:
     """Records, model.toml and curve.csv in `folder`, truth.json in its parent; the truth is also returned."""
     folder.mkdir(parents=True, exist_ok=True)
     _write_model(case, folder)
-    chamber, output = response(case.base, case.line, case.effects)
+    chamber, output = observed(case)
     rng = np.random.default_rng([case.seed, 77, int(case.name[-4:])])
     unit, per = ("mm", 1e3) if case.base.springs else ("deg", np.degrees(1.0))
     oracle, files = {}, []

@@ -1,0 +1,116 @@
+"""Write cases, run `fem-spa diagnose` on each in a process of its own, append a row a case; resumable."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from threading import Lock
+
+from benchmarks.loop.cases import Case, draw_case
+from benchmarks.loop.files import write_case
+from benchmarks.loop.score import COLUMNS, score
+
+LIMIT = 1800.0
+"""s, after which a case is given up."""
+
+
+def run_cases(
+    out: Path,
+    tier: str,
+    numbers: Sequence[int],
+    seed: int,
+    *,
+    protocol: str | None = None,
+    jobs: int = 1,
+    rate: float | None = None,
+    without: Sequence[str] = (),
+    keep: bool = True,
+) -> None:
+    """Run the cases that `out`/results.csv lacks; `without`: effects kept from the program."""
+    out.mkdir(parents=True, exist_ok=True)
+    table, lock = out / "results.csv", Lock()
+    done = {row["name"] for row in rows_of(table)}
+
+    def one(number: int) -> None:
+        case = draw_case(tier, number, seed, protocol, without)
+        if rate:
+            case = replace(case, rate=rate)
+        if case.name in done:
+            return
+        row = run_case(out, case, without, keep)
+        with lock:
+            fresh = not table.exists()
+            with table.open("a", encoding="utf-8", newline="") as file:
+                writer = csv.DictWriter(file, COLUMNS)
+                if fresh:
+                    writer.writeheader()
+                writer.writerow(row)
+            words = [row[k] for k in ("name", "protocol", "visible", "truth", "verdict", "effects", "rivals")]
+            print(*words, f"{row['seconds']} s", row["reduction"], row["problems"], sep=" | ", flush=True)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        list(pool.map(one, numbers))
+
+
+def run_case(out: Path, case: Case, without: Sequence[str] = (), keep: bool = True) -> dict[str, object]:
+    """Write one case, diagnose it, score it."""
+    folder, result = out / "cases" / case.name, out / "results" / case.name
+    truth = write_case(case, folder)
+    truth["folder"] = str(folder)
+    shutil.rmtree(result, ignore_errors=True)
+    trained = [r for r in truth["records"] if r not in truth["holdout"]]
+    words = ["diagnose", str(folder / "model.toml"), *(str(folder / r) for r in trained)]
+    if truth["holdout"]:
+        words += ["--holdout", *(str(folder / r) for r in truth["holdout"])]
+    words += ["--seed", str(case.seed), "--out", str(result)]
+    begin = time.perf_counter()
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", program(without), *words],
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+            check=False,
+            env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
+        )
+        status, said = done.returncode, done.stderr
+    except subprocess.TimeoutExpired:
+        status, said = -9, f"not done after {LIMIT:g} s"
+    try:
+        row = score(truth, result, status, time.perf_counter() - begin, said)
+    except (KeyError, TypeError, ValueError) as error:
+        row = score(truth, out / "nowhere", status, time.perf_counter() - begin, "")
+        row["problems"] = f"report cannot be read: {type(error).__name__} {error}"
+    if not keep:
+        shutil.rmtree(folder)
+        for heavy in ("predictions", "report.html"):
+            shutil.rmtree(result / heavy, ignore_errors=True)
+    return row
+
+
+def program(without: Sequence[str]) -> str:
+    """`fem-spa`, with some effects taken out of its library before it starts."""
+    lines = ["import sys", "from fem_spa.cli import main"]
+    if without:
+        lines += [
+            "from fem_spa.loop.effects.registry import EFFECTS",
+            f"[EFFECTS.pop(name, None) for name in {json.dumps(list(without))}]",
+        ]
+    return "\n".join([*lines, "sys.exit(main())"])
+
+
+def rows_of(table: Path) -> list[dict[str, str]]:
+    """Rows of a results file, none where there is none."""
+    if not table.is_file():
+        return []
+    with table.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
