@@ -257,10 +257,6 @@ def _check(deck: Deck) -> None:
     for number, obstacle in enumerate(loads.obstacles or []):
         if len(obstacle.model_dump(exclude_none=True)) != 1:
             raise InputError(f"loads.obstacles.{number} must be one of: plane, sphere, cylinder")
-    if loads.obstacles:
-        raise InputError(
-            "loads.obstacles: obstacles come with contact mechanics, which this version does not have"
-        )
     _check_control(loads)
     if deck.observe.blocked and loads.tip_displacement is not None:
         raise InputError(

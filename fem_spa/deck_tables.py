@@ -37,6 +37,23 @@ def per_cavity(value: Any) -> Any:
     ]
 
 
+def one_or_three(unit: str, **limits: Any) -> Any:
+    """The type of a value in `unit`, or of a list of three."""
+
+    def read(given: Any) -> Any:
+        if not isinstance(given, list):
+            return Measure(given, quantity(given, unit, **limits))
+        if len(given) != 3:
+            raise ValueError("one value or three are needed")
+        return [Measure(value, quantity(value, unit, **limits)) for value in given]
+
+    return Annotated[
+        Any,
+        PlainValidator(read),
+        PlainSerializer(lambda value: [v.text for v in value] if isinstance(value, list) else value.text),
+    ]
+
+
 def _texts(value: Any) -> Any:
     return {k: v.text for k, v in value.items()} if isinstance(value, Mapping) else value.text
 
@@ -111,9 +128,11 @@ class Plane(BaseModel):
 
 
 class Sphere(BaseModel):
+    """A ball, or an egg: an ellipsoid with semi-axes along x, y and z."""
+
     model_config = Strict
     centre: Annotated[list[Length], Three]  # type: ignore[valid-type]
-    radius: measure("m", positive=True, high=2.0)  # type: ignore[valid-type]
+    radius: one_or_three("m", positive=True, high=2.0)  # type: ignore[valid-type]
 
 
 class Cylinder(BaseModel):

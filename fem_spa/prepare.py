@@ -13,6 +13,7 @@ import numpy as np
 from fem_spa.deck import Deck, Drawing, end_of_path, nearest, refuse_unknown
 from fem_spa.deck_tables import PRESSURE_LIMITS, RATIO_LIMITS, VOLUME_LIMITS, MaterialTable, Measure
 from fem_spa.errors import InputError
+from fem_spa.rigid import obstacles
 from fem_spa.solid.problem import Layer, Loads, Material, Problem, StepControl
 from fem_spa.symmetry import check_across, check_declared, find_symmetry
 from fem_spa.units import brief, quantity, show
@@ -77,6 +78,8 @@ def prepare(deck: Deck) -> Setup:
         symmetry=symmetry,
         angle=deck.observe.angle,
         blocked=deck.observe.blocked,
+        contact=loads.contact,
+        obstacles=obstacles(deck, mesh, symmetry),
     )
     solver = deck.solver
     steps = StepControl(

@@ -88,6 +88,7 @@ def run_deck(
         folder = ResultFolder(path)
         result = _solve(setup, folder, [folder, progress, *observers])
         result.warnings = [*setup.warnings, *result.warnings]
+        result.rows = list(folder.rows)  # with the motion of the tip
     record = write_result(setup, result, folder, begun)
     return Outcome(result, setup, path, record)
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from fem_spa.output.files import write_whole
 from fem_spa.output.style import ACCENT, GREY, SECOND, WARN, figure, tidy
-from fem_spa.output.words import ended_at_touch, number, pressures
+from fem_spa.output.table import obstacle_forces
+from fem_spa.output.words import ended_at_touch, holds, number, pressures
 from fem_spa.solid.problem import Problem, Result, Row
 
 PATH = "length of the load path [kPa]"
@@ -30,7 +31,7 @@ def write_curve(path: Path, problem: Problem, result: Result, rows: Sequence[Row
     """
     angles = bool(rows) and any(math.isfinite(row.angle) for row in rows)
     volume = problem.loads.control != "pressure"
-    force = bool(rows) and rows[-1].force is not None
+    force = bool(rows) and (rows[-1].force is not None or bool(problem.obstacles))
     panels = max(1, int(angles or not (volume or force)) + int(volume) + int(force))
     split = (
         panels == 1
@@ -114,26 +115,30 @@ def _line(
         )
 
 
-def _touch_line(axes: Any, result: Result, place: float | None, falls: bool = False) -> None:
-    """Where walls touch for the first time: what comes after is without contact.
+def _touch_line(
+    axes: Any, problem: Problem, result: Result, place: float | None, falls: bool = False
+) -> None:
+    """Where walls touch for the first time, and whether what comes after is without contact.
 
     `falls` : the curve goes down, so that the room for words is at the other end
     """
     if place is None or result.touch_pressure is None:
         return
     low, high = axes.get_xlim()
-    axes.axvline(place, color=WARN, linewidth=1.3, linestyle="--", zorder=2)
-    axes.axvspan(place, max(high, place), color=WARN, alpha=0.07, linewidth=0, zorder=0)
+    colour = GREY if holds(problem) else WARN
+    axes.axvline(place, color=colour, linewidth=1.3, linestyle="--", zorder=2)
+    if not holds(problem):
+        axes.axvspan(place, max(high, place), color=colour, alpha=0.07, linewidth=0, zorder=0)
     axes.set_xlim(low, max(high, place))
     early = place < 0.5 * (low + high)
-    beyond = "" if ended_at_touch(result) else ";\nbeyond: without contact"
+    beyond = "" if ended_at_touch(result) or holds(problem) else ";\nbeyond: without contact"
     axes.annotate(
-        f"walls touch at\n{pressures(result.touch_pressure, 3)}{beyond}",
+        f"first touch at\n{pressures(result.touch_pressure, 3)}{beyond}",
         (place, 0.97 if early != falls else 0.14),
         xycoords=("data", "axes fraction"),
         xytext=(6 if early else -6, 0),
         textcoords="offset points",
-        color=WARN,
+        color=colour,
         fontsize=9,
         ha="left" if early else "right",
         va="top" if early != falls else "bottom",
@@ -173,7 +178,7 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     axes.set_title(f"Angle over pressure, {len(rows)} steps{words.get(result.status, '')}")
     axes.margins(y=0.12)
     tidy(axes)
-    _touch_line(axes, result, touch, bool(y[-1] < 0.0))
+    _touch_line(axes, problem, result, touch, bool(y[-1] < 0.0))
 
 
 def _pressures(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
@@ -190,14 +195,22 @@ def _pressures(axes: Any, problem: Problem, result: Result, rows: Sequence[Row])
 
 
 def _force_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
+    """The reaction of the held tip and the force on every obstacle."""
     x, label, touch = _abscissa(problem, result, rows)
-    y = np.array([math.nan if row.force is None else row.force for row in rows])
-    _line(axes, x, y, rows, "force", SECOND)
+    curves: dict[str, Any] = {}
+    if rows[-1].force is not None:
+        curves["held tip"] = [math.nan if row.force is None else row.force for row in rows]
+    on = np.array([obstacle_forces(row, len(problem.obstacles)) for row in rows])
+    curves |= {f"obstacle {k + 1}": on[:, k] for k in range(len(problem.obstacles))}
+    for (name, y), colour in zip(curves.items(), (SECOND, ACCENT, GREY, WARN), strict=False):
+        _line(axes, x, np.asarray(y), rows, name, colour)
     axes.set_xlabel(label)
-    axes.set_ylabel("force of the held tip [N]")
+    axes.set_ylabel("force [N]" if len(curves) > 1 else f"force on the {next(iter(curves))} [N]")
     axes.set_title("Force over pressure")
+    if len(curves) > 1:
+        axes.legend(frameon=False)
     tidy(axes)
-    _touch_line(axes, result, touch)
+    _touch_line(axes, problem, result, touch)
 
 
 def _pressure_over_volume(axes: Any, problem: Problem, rows: Sequence[Row]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,17 @@ import numpy as np
 
 from fem_spa.errors import InputError
 from fem_spa.output.files import write_whole
-from fem_spa.output.table import curve_csv, pressure_headers
+from fem_spa.output.obstacle_surface import vtp
+from fem_spa.output.table import Columns, centre_line_csv, columns, curve_csv, pressure_headers
 from fem_spa.output.vtu import pvd, vtu
+from fem_spa.solid.centre_line import CentreLine
+from fem_spa.solid.motion import MotionWatch
 from fem_spa.solid.problem import Problem, Result, Row, State
 
-WRITTEN = ("curve.csv", "result.json", "fields.pvd", "curve.png", "shape.png", "report.html", "error.log")
+WRITTEN = (
+    *("curve.csv", "centre_line.csv", "result.json", "fields.pvd", "curve.png", "shape.png"),
+    *("report.html", "obstacles.vtp", "error.log"),
+)
 MOST_PENDING = 2
 """Steps whose fields may wait to be written."""
 
@@ -24,14 +31,15 @@ NOTE = "fem_spa: lengths in m, stress and pressure in Pa, Cauchy stress as xx yy
 
 
 class ResultFolder:
-    """Writes curve.csv, fields.pvd and fields/*.vtu as the run goes on, the fields on a thread of their own.
+    """Writes curve.csv, centre_line.csv, fields.pvd and fields/*.vtu as the run goes on, the fields on a
+    thread of their own.
 
     The folder is made, and files of an earlier run in it are removed, only when the solver has
     accepted the problem: a wrong input leaves no trace.
 
     Attributes
     ----------
-    rows, last_state, problem, space : what has been seen; rest counts as nothing
+    rows, last_state, problem, space : what has been seen; the rows with the motion of the tip
     seconds : spent in here
     """
 
@@ -42,6 +50,7 @@ class ResultFolder:
         self.problem: Problem | None = None
         self.space: Any = None
         self._nodal: Any = None
+        self._motion, self._line = MotionWatch(), CentreLine()
         self.seconds = 0.0
         self._steps: list[tuple[float, str]] = []
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="fields")
@@ -51,14 +60,6 @@ class ResultFolder:
     def started(self) -> bool:
         """Whether the folder is in use."""
         return self.problem is not None
-
-    @property
-    def force(self) -> bool:
-        """Whether the tip is held and its reaction a column."""
-        held = self.problem is not None and (
-            self.problem.blocked or self.problem.loads.tip_displacement is not None
-        )
-        return held
 
     @property
     def cavities(self) -> tuple[str, ...]:
@@ -79,6 +80,10 @@ class ResultFolder:
                 f"given {self.path} for --out: it cannot be written ({error.strerror}); give another folder"
             ) from None
         self.problem, self.space = problem, space
+        if problem.obstacles:
+            write_whole(self.path / "obstacles.vtp", vtp(problem.obstacles, space.points))
+        self._motion.start(problem, space)
+        self._line.start(problem, space)
         self._write_curve()
         self._write_list_of_fields()
 
@@ -88,7 +93,9 @@ class ResultFolder:
     def converged(self, state: State, row: Row, fraction: float = 0.0) -> None:
         """Write the curve now; the fields of this step beside the next one's solution."""
         begun = time.perf_counter()
-        self.rows.append(row)
+        self._motion.converged(state, row)
+        self._line.converged(state, row)
+        self.rows.append(replace(row, motion=self._motion.motions[-1]))
         self.last_state = state
         self._write_curve()
         while len(self._pending) >= MOST_PENDING:
@@ -104,7 +111,15 @@ class ResultFolder:
         self.seconds += time.perf_counter() - begun
 
     def _write_curve(self) -> None:
-        write_whole(self.path / "curve.csv", curve_csv(self.rows, self.cavities, self.force))
+        write_whole(self.path / "curve.csv", curve_csv(self.rows, self._columns))
+        if len(self._line.arc):
+            text = centre_line_csv(self.rows, self._line.arc, self._line.lines, self._columns)
+            write_whole(self.path / "centre_line.csv", text)
+
+    @property
+    def _columns(self) -> Columns:
+        assert self.problem is not None
+        return columns(self.problem)
 
     def _write_list_of_fields(self) -> None:
         write_whole(self.path / "fields.pvd", pvd(self._steps))

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from fem_spa.output.table import obstacle_forces
 from fem_spa.output.words import all_warnings
 from fem_spa.solid.problem import Problem, Result, Row
 
@@ -96,6 +97,10 @@ def row_table(row: Row) -> dict[str, Any]:
         "volume [mm^3]": row.volume * 1e9,
         "max stretch": row.max_stretch,
         "force [N]": row.force,
+        "min gap [mm]": None if row.gap is None else row.gap * 1e3,
+        "force obstacle [N]": None
+        if row.obstacle_force is None
+        else obstacle_forces(row, len(row.obstacle_force)),
     }
 
 
@@ -120,9 +125,10 @@ def record(
     return {
         "status": result.status,
         "message": result.message,
-        "warnings": all_warnings(result),
+        "warnings": all_warnings(problem, result),
         "first touch [kPa]": None if not touch else {name: value / 1e3 for name, value in touch.items()},
-        "contact": False,
+        "contact": problem.contact,
+        "obstacles": len(problem.obstacles),
         "steps": len(result.rows),
         "last": row_table(result.rows[-1]) if result.rows else None,
         "dofs": result.dofs,

@@ -123,8 +123,8 @@ class Window:
         return np.concatenate([total, covered / n**2], axis=2)
 
 
-Layer = tuple[np.ndarray, np.ndarray]
-"""Points on paper (n, 3) m, and colours (k, 3, 3) of the triangles' corners, 0..1."""
+Layer = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Points on paper (n, 3) m, triangles (k, 3), and colours (k, 3, 3) of the triangles' corners, 0..1."""
 
 
 class Rendering:
@@ -134,16 +134,14 @@ class Rendering:
     ----------
     box : (left, right, bottom, top) on paper, m
     width : pixels
-    triangles : (k, 3), the same for every layer
     """
 
-    def __init__(
-        self, box: Sequence[float], width: int, triangles: np.ndarray, layers: Sequence[Layer]
-    ) -> None:
+    def __init__(self, box: Sequence[float], width: int, layers: Sequence[Layer]) -> None:
         buffer = io.BytesIO()
-        arrays: dict[str, Any] = {"box": np.array(box), "width": np.array(width), "triangles": triangles}
-        for i, (paper, colours) in enumerate(layers):
-            arrays |= {f"paper{i}": paper, f"colours{i}": colours.astype(np.float32)}
+        arrays: dict[str, Any] = {"box": np.array(box), "width": np.array(width)}
+        for i, (paper, triangles, colours) in enumerate(layers):
+            arrays |= {f"paper{i}": paper, f"triangles{i}": triangles}
+            arrays |= {f"colours{i}": colours.astype(np.float32)}
         np.savez(buffer, **arrays)
         self._process = subprocess.Popen(
             [sys.executable, "-m", __name__],
@@ -184,7 +182,7 @@ def main() -> None:
     count = sum(name.startswith("paper") for name in given.files)
     window = Window(tuple(given["box"]), int(given["width"]))
     images = [
-        window.image(given[f"paper{i}"], given["triangles"], given[f"colours{i}"]) for i in range(count)
+        window.image(given[f"paper{i}"], given[f"triangles{i}"], given[f"colours{i}"]) for i in range(count)
     ]
     buffer = io.BytesIO()
     np.save(buffer, np.round(255.0 * np.array(images)).astype(np.uint8))

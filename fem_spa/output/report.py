@@ -6,14 +6,16 @@ import base64
 import html
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fem_spa.output.files import write_whole
 from fem_spa.output.report_style import STYLE
-from fem_spa.output.table import header, values
+from fem_spa.output.table import columns, header, obstacle_forces, values
 from fem_spa.output.toml import to_toml
 from fem_spa.output.words import number, pressures, verdict
+from fem_spa.solid.obstacles import Cylinder, Obstacle, Plane
 from fem_spa.solid.problem import Problem, Result, Row
 from fem_spa.units import show
 
@@ -71,8 +73,10 @@ def _tiles(problem: Problem, result: Result) -> str:
     if last.force is not None:
         tiles.append(("force of the held tip", f"{number(last.force)} N"))
     tiles.append(("largest stretch in the rubber", f"{number(last.max_stretch, 3)} times"))
+    for k, force in enumerate(obstacle_forces(last, len(problem.obstacles))):
+        tiles.append((f"force on obstacle {k + 1}", f"{number(force)} N"))
     if result.touch_pressure:
-        tiles.append(("walls first touch at", pressures(result.touch_pressure, 3)))
+        tiles.append(("first touch at", pressures(result.touch_pressure, 3)))
     tiles.append(("enclosed air", f"{number(last.volume * 1e6)} ml"))
     cells = "".join(
         f"<div><strong>{_text(value)}</strong><span>{_text(label)}</span></div>" for label, value in tiles
@@ -120,10 +124,9 @@ def _table(problem: Problem, rows: Sequence[Row]) -> str:
 
 def _rows(problem: Problem, rows: Sequence[Row]) -> str:
     """The rows as a table; a column without a number (the angle of a body without tip) is left out."""
-    cavities = problem.mesh.cavities
-    force = rows[0].force is not None
-    names = header(cavities, force)
-    numbers = [values(row, cavities, force) for row in rows]
+    chosen = replace(columns(problem), motion=False, chord=False)  # the page has the deck's angle
+    names = header(chosen)
+    numbers = [values(row, chosen) for row in rows]
     shown = [i for i in range(len(names)) if any(math.isfinite(row[i]) for row in numbers)]
     head = "".join(f"<th>{_text(names[i])}</th>" for i in shown)
     body = "".join(
@@ -174,10 +177,36 @@ def _what_was_run(problem: Problem, record: Mapping[str, Any]) -> str:
         pairs.append(("gravity", _text(", ".join(number(g) for g in loads.gravity) + " m/s²")))
     if any(loads.tip_force):
         pairs.append(("force on the tip", _text(", ".join(number(f) for f in loads.tip_force) + " N")))
-    pairs.append(
-        ("contact", "not simulated in this version; walls are watched, and what they do is said above")
-    )
+    pairs.append(("contact", _text(_contact(problem))))
+    pairs += [(f"obstacle {k + 1}", _text(_obstacle(o))) for k, o in enumerate(problem.obstacles)]
     return f"<section><h2>What was run</h2>{_pairs(pairs)}</section>\n"
+
+
+def _contact(problem: Problem) -> str:
+    if problem.contact:
+        return "on: frictionless, of the whole boundary with itself; nothing passes through anything"
+    return (
+        "switched off: walls may pass through one another; they are watched, and what they do is said above"
+    )
+
+
+def _obstacle(obstacle: Obstacle) -> str:
+    """A rigid body in words, mm."""
+
+    def place(point: Sequence[float]) -> str:
+        return "(" + ", ".join(number(1e3 * c) for c in point) + ") mm"
+
+    def direction(d: Sequence[float]) -> str:
+        return "(" + ", ".join(number(c) for c in d) + ")"
+
+    if isinstance(obstacle, Plane):
+        return f"plane through {place(obstacle.point)}, normal {direction(obstacle.normal)}"
+    if isinstance(obstacle, Cylinder):
+        size = number(1e3 * obstacle.radius)
+        return f"cylinder, radius {size} mm, axis {direction(obstacle.axis)} through {place(obstacle.point)}"
+    if isinstance(obstacle.radius, tuple):
+        return f"ellipsoid round {place(obstacle.centre)}, semi-axes {place(obstacle.radius)}"
+    return f"sphere round {place(obstacle.centre)}, radius {number(1e3 * obstacle.radius)} mm"
 
 
 def _material(table: Mapping[str, Any]) -> str:
@@ -215,7 +244,7 @@ def _cost(record: Mapping[str, Any]) -> str:
         ("versions", _text(", ".join(f"{name} {text}" for name, text in record["versions"].items()))),
         (
             "files beside this page",
-            "curve.csv, result.json, fields.pvd (open in ParaView), curve.png, shape.png",
+            "curve.csv, centre_line.csv, result.json, fields.pvd (open in ParaView), curve.png, shape.png",
         ),
     ]
     return f"<section><h2>What it took</h2>{_pairs(pairs)}</section>\n"

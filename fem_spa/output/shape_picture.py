@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fem_spa.output.files import write_whole
+from fem_spa.output.obstacle_surface import surface
 from fem_spa.output.render import Layer, Rendering, RenderingFailed
 from fem_spa.output.style import INK, figure
 from fem_spa.output.surface import on_paper, outside, shading
@@ -17,6 +18,7 @@ from fem_spa.output.words import number, pressures
 from fem_spa.solid.problem import Problem, Row, State
 
 GHOST = np.array([0.88, 0.89, 0.91])
+RIGID = np.array([0.66, 0.74, 0.83])
 MAP = "YlOrRd"
 PIXELS = 1200
 
@@ -36,10 +38,13 @@ class ShapePicture:
         from matplotlib.colors import Normalize
 
         skin = outside(space, problem.symmetry)
-        self.row, self.triangles = row, skin.triangles
+        self.row = row
         self.scale, self.highest = Normalize(1.0, 1.001), 1.0
         papers = [on_paper(skin.rest)]
-        self.layers = [(papers[0], GHOST * shading(skin.rest, skin.triangles)[:, :, None])]
+        self.layers: list[Layer] = [
+            (papers[0], skin.triangles, GHOST * shading(skin.rest, skin.triangles)[:, :, None])
+        ]
+        body = skin.rest
         if state is not None:
             from fem_spa.solid.fields import NodalFields
 
@@ -51,11 +56,17 @@ class ShapePicture:
             self.scale = Normalize(1.0, max(1.001, float(np.quantile(stretch, 0.99))))
             colours = colormaps[MAP](self.scale(stretch))[:, :3]
             papers.append(on_paper(moved))
-            self.layers.append(
-                (papers[1], colours[skin.triangles] * shading(moved, skin.triangles)[:, :, None])
-            )
-        self.box = _frame(np.vstack(papers))
-        self.rendering = Rendering(self.box, PIXELS, skin.triangles, self.layers)
+            shade = shading(moved, skin.triangles)[:, :, None]
+            self.layers.append((papers[1], skin.triangles, colours[skin.triangles] * shade))
+            body = np.vstack([body, moved])
+        self.box = _frame(np.vstack(papers), 0.12 if problem.obstacles else 0.03)
+        rigid = [surface(obstacle, body) for obstacle in problem.obstacles]
+        self.layers = [
+            *((on_paper(points), t, RIGID * shading(points, t)[:, :, None]) for points, t in rigid),
+            *self.layers,
+        ]
+        self.coloured = state is not None
+        self.rendering = Rendering(self.box, PIXELS, self.layers)
 
     def write(self, path: Path) -> None:
         """Compose and write the .png; the coordinates of its axes are mm on paper."""
@@ -71,7 +82,7 @@ class ShapePicture:
         axes.set_axis_off()
         _scale_bar(axes, right - left)
         axes.set_title(_title(self.row), fontweight="bold", fontsize=13, color=INK)
-        if len(self.layers) > 1:
+        if self.coloured:
             self._colour_bar(drawing, axes)
         buffer = io.BytesIO()
         drawing.savefig(buffer, format="png", dpi=150)
@@ -83,7 +94,7 @@ class ShapePicture:
             for image in self.rendering.images():
                 axes.imshow(image, extent=extent, interpolation="antialiased", zorder=2)
         except RenderingFailed:
-            _paint_flat(axes, self.triangles, self.layers)
+            _paint_flat(axes, self.layers)
 
     def _colour_bar(self, drawing: Any, axes: Any) -> None:
         from matplotlib.cm import ScalarMappable
@@ -119,28 +130,28 @@ def _filled(values: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(values), values, 1.0)
 
 
-def _frame(paper: np.ndarray) -> tuple[float, float, float, float]:
+def _frame(paper: np.ndarray, share: float) -> tuple[float, float, float, float]:
     """(left, right, bottom, top) around all points, with a margin, not flatter than three tenths."""
     low, high = paper[:, :2].min(axis=0), paper[:, :2].max(axis=0)
-    margin = 0.03 * float((high - low).max())
+    margin = share * float((high - low).max())
     low, high = low - margin, high + margin
     lacking = max(0.0, 0.30 * (high[0] - low[0]) - (high[1] - low[1]))
     return float(low[0]), float(high[0]), float(low[1] - 0.5 * lacking), float(high[1] + 0.5 * lacking)
 
 
-def _paint_flat(axes: Any, triangles: np.ndarray, layers: list[Layer]) -> None:
+def _paint_flat(axes: Any, layers: list[Layer]) -> None:
     """Without VTK: one colour a triangle, from back to front."""
     from matplotlib.collections import PolyCollection
 
-    for paper, colours in layers:
+    for paper, triangles, colours in layers:
         corner = paper[triangles]
         (x1, y1), (x2, y2) = (corner[:, i, :2].T - corner[:, 0, :2].T for i in (1, 2))
         facing = np.flatnonzero(x1 * y2 - y1 * x2 > 0.0)
         order = facing[np.argsort(-corner[facing, :, 2].mean(axis=1))]
-        paint = np.clip(colours[order].mean(axis=1), 0.0, 1.0)
+        paint: Any = np.clip(colours[order].mean(axis=1), 0.0, 1.0)
         axes.add_collection(
             PolyCollection(
-                1e3 * corner[order, :, :2], facecolors=paint, edgecolors=paint, linewidths=0.3, zorder=2
+                list(1e3 * corner[order, :, :2]), facecolors=paint, edgecolors=paint, linewidths=0.3, zorder=2
             )
         )
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from fem_spa.solid.problem import Problem, Result, Row
 
 VERDICT = {
@@ -59,6 +61,10 @@ def outcome(row: Row) -> str:
         words = f"{millimetres_cubed(row.volume)} are enclosed"
     if row.force is not None:
         words += f" and the held tip pushes with {number(row.force)} N"
+    if row.obstacle_force is not None and len(row.obstacle_force):
+        forces = np.linalg.norm(np.reshape(row.obstacle_force, (len(row.obstacle_force), -1)), axis=1)
+        each = ", ".join(f"{number(float(force), 3)} N" for force in forces)
+        words += f"; on the obstacle{'s' if len(forces) > 1 else ''} press {each}"
     return words
 
 
@@ -74,12 +80,14 @@ def verdict(problem: Problem, result: Result, rows: Sequence[Row]) -> str:
         sentence = (
             f"{head}: reached {pressures(last.pressure)} of {end_wanted(problem)}; there {outcome(last)}."
         )
-    if result.touch_pressure and ended_at_touch(result):
+    if result.touch_pressure:
         first = pressures(result.touch_pressure, 3)
-        sentence = f"{sentence[:-1]}; walls touch at {first}, and the path ends before, as asked."
-    elif result.touch_pressure:
-        first = pressures(result.touch_pressure, 3)
-        sentence += f" Without contact: walls pass through one another from {first} on."
+        if ended_at_touch(result):
+            sentence = f"{sentence[:-1]}; walls touch at {first}, and the path ends before, as asked."
+        elif holds(problem):
+            sentence += f" First touch at {first}."
+        else:
+            sentence += f" Contact is off: walls pass through one another from {first} on."
     peak = highest(rows)
     if peak is not None:
         sentence += f" The pressure had its highest value, {pressures(peak.pressure)}, on the way."
@@ -100,20 +108,31 @@ def ended_at_touch(result: Result) -> bool:
     return result.status == "done" and bool(result.touch_pressure) and "path ends there" in result.message
 
 
-def touch(result: Result) -> str | None:
-    """The sentence about walls that touch, or None; contact is not part of this version."""
-    if not result.touch_pressure:
+def holds(problem: Problem) -> bool:
+    """Whether a touch is simulated: walls, or walls and obstacles, cannot pass through one another."""
+    return problem.contact or bool(problem.obstacles)
+
+
+def touch(problem: Problem, result: Result) -> str | None:
+    """The sentence of a warning about walls that touch; None where they do not, or contact holds them."""
+    if not result.touch_pressure or problem.contact:
         return None
     if ended_at_touch(result):
-        return f"{result.message[0].upper()}{result.message[1:]}. Contact is not part of this version."
+        return f"{result.message[0].upper()}{result.message[1:]}. Contact is switched off."
+    first = pressures(result.touch_pressure, 3)
+    if problem.obstacles:
+        return (
+            f"First touch at {first}. The obstacles hold, but the body's contact with itself is switched "
+            "off: where its walls pass through one another the curve is not to be trusted."
+        )
     return (
-        f"Walls touch from {pressures(result.touch_pressure, 3)} on. This version has no contact mechanics: "
-        "beyond that pressure the curve is that of walls which pass through one another."
+        f"Walls touch from {first} on, and contact is switched off: beyond that pressure the curve is "
+        "that of walls which pass through one another, and not to be trusted. Try loads.contact = true."
     )
 
 
-def all_warnings(result: Result) -> list[str]:
+def all_warnings(problem: Problem, result: Result) -> list[str]:
     """Every warning once; that of touching walls first."""
-    first = touch(result)
-    said = any("touch" in text for text in result.warnings)
+    first = touch(problem, result)
+    said = any("touch" in text or "pass through" in text for text in result.warnings)
     return list(dict.fromkeys([*([first] if first and not said else []), *result.warnings]))

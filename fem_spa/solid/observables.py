@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fem_spa.errors import InputError
@@ -133,11 +135,38 @@ def rotation_axis(weight: np.ndarray, rest: np.ndarray, moved: np.ndarray) -> tu
     if len(rest) == 1:
         twist = np.cross(rest[0], moved[0])
         return _unit(twist), float(np.linalg.norm(twist) / np.linalg.norm(rest) / np.linalg.norm(moved))
-    u, _, vt = np.linalg.svd((weight[:, None] * rest).T @ moved)
-    rotation = vt.T @ np.diag([1.0, 1.0, np.linalg.det(vt.T @ u.T)]) @ u.T
+    rotation = _kabsch((weight[:, None] * rest).T @ moved)
     skew = rotation - rotation.T
     twist = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
     return _unit(twist), 0.5 * float(np.linalg.norm(twist))
+
+
+def best_rotation(
+    weight: np.ndarray, rest: np.ndarray, moved: np.ndarray, planes: Sequence[tuple[int, float]] = ()
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Best-fitting rotation (3, 3) of weighted points, and their means at rest and after, each (3,) m.
+
+    Parameters
+    ----------
+    weight : (n,), any positive sum;  rest, moved : (n, 3) m
+    planes : axis number and coordinate (m) of planes of symmetry: the points' mirror images count, too
+    """
+    weight = weight / weight.sum()
+    before, after = weight @ rest, weight @ moved
+    for i, level in planes:
+        before[i] = after[i] = level
+    moment = (weight[:, None] * (rest - before)).T @ (moved - after)
+    for i, _ in planes:
+        own = moment[i, i]
+        moment[i, :] = moment[:, i] = 0.0
+        moment[i, i] = own
+    return _kabsch(moment), before, after
+
+
+def _kabsch(moment: np.ndarray) -> np.ndarray:
+    """The rotation that fits best: of sum w rest (x) moved, by its singular values (Kabsch 1976)."""
+    u, _, vt = np.linalg.svd(moment)
+    return vt.T @ np.diag([1.0, 1.0, np.linalg.det(vt.T @ u.T)]) @ u.T
 
 
 def _unit(twist: np.ndarray) -> np.ndarray:

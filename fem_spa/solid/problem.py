@@ -143,12 +143,34 @@ class State:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """The tip face of one state against its rest; nan where the mesh does not tell.
+
+    tip_face : rad, as the deck's `tip-face`;  chord : rad, as its `chord`
+    tilt : rad, from 0 to pi, between the tip face's normal and its rest, about whatever axis
+    direction : rad, where that normal leans to, across the actuator's axis: for an axis along z from +x to
+        +y, along x from +y to +z, along y from +z to +x
+    extension : m, of the tip's centroid along the actuator's axis;  chord_length : m, from base to tip
+    """
+
+    tip_face: float
+    chord: float
+    tilt: float
+    direction: float
+    extension: float
+    chord_length: float
+
+
+@dataclass(frozen=True)
 class Row:
     """The history row of one converged load step, SI.
 
     angle : rad;  tip : (3,) m, mean position of the tip face;  volume : m^3, enclosed by all cavities
     force : N, reaction of the blocked or prescribed tip, else None;  force_vector : its components
     is_point : whether this row is a load point that the deck names
+    gap : m, the smallest distance of the boundary to itself or to an obstacle, where contact is watched
+    obstacle_force : (n_obstacles, 3) N, what the whole actuator exerts on each obstacle
+    motion : how the tip moved, once an observer (motion.MotionWatch) has looked
     """
 
     step: int
@@ -163,6 +185,7 @@ class Row:
     force_vector: np.ndarray | None = None
     gap: float | None = None
     obstacle_force: np.ndarray | None = None
+    motion: Motion | None = None
 
 
 @dataclass

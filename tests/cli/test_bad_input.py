@@ -49,7 +49,19 @@ SETTINGS = [
     ("loads.control=volume", ["control", "loads.volume"]),
     ("loads.control=arc", ["'pressure', 'volume' or 'gas-mass'"]),
     ("loads.contact=yes", ["loads.contact"]),
-    ("loads.obstacles=[{ plane = { point = ['1 mm',0,0], normal = [1,0,0] } }]", ["contact"]),
+    (
+        "loads.obstacles=[{ plane = { point = ['1 mm',0,0], normal = [1,0,0] } }]",
+        ["1 mm deep", "(0.0, 0.0, 0.0) mm"],
+    ),
+    (
+        "loads.obstacles=[{ plane = { point = ['-1 mm',0,0], normal = [0,0,0] } }]",
+        ["a direction has a length"],
+    ),
+    (
+        "loads.obstacles=[{ sphere = { centre = [0,0,'1 m'], radius = ['1 mm','2 mm'] } }]",
+        ["one value or three"],
+    ),
+    ("loads.obstacles=[{ cylinder = { point = [0,0,'1 m'], axis = [1,0,0] } }]", ["radius is missing"]),
     ("loads.obstacles=[{ plane = { point = ['1 mm',0,0], norml = [1,0,0] } }]", ["normal"]),
     ("materials.body.card=dragon-skin-30", ["either card or law"]),
     ("materials.body={ card = 'dragon-skin-3' }", ["dragon-skin-30"]),

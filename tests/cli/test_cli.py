@@ -73,6 +73,7 @@ def test_solve_leaves_the_files_of_the_contract(deck: Deck, capsys: pytest.Captu
     found = {path.name for path in folder.iterdir()}
     assert found == {
         "curve.csv",
+        "centre_line.csv",
         "result.json",
         "fields.pvd",
         "fields",

@@ -19,14 +19,14 @@ from fem_spa.output.files import write_whole
 from fem_spa.output.folder import ResultFolder
 from fem_spa.output.record import record, to_json
 from fem_spa.output.report import _rows
-from fem_spa.output.table import curve_csv
+from fem_spa.output.table import Columns, curve_csv
 from fem_spa.solid.problem import Problem, Result, Row
 
 Make = Callable[..., Any]
 
 
 def test_header_of_one_cavity(make_rows: Make) -> None:
-    lines = curve_csv(make_rows(3), ["main"], False).splitlines()
+    lines = curve_csv(make_rows(3), Columns(("main",))).splitlines()
     assert lines[0] == (
         "step,pressure [kPa],angle [deg],tip x [mm],tip y [mm],tip z [mm],volume [mm^3],max stretch"
     )
@@ -35,7 +35,9 @@ def test_header_of_one_cavity(make_rows: Make) -> None:
 
 
 def test_header_of_two_cavities_and_a_held_tip(make_rows: Make) -> None:
-    lines = curve_csv(make_rows(2, ("fast", "slow"), force=True), ["fast", "slow"], True).splitlines()
+    lines = curve_csv(
+        make_rows(2, ("fast", "slow"), force=True), Columns(("fast", "slow"), force=True)
+    ).splitlines()
     assert lines[0] == (
         "step,pressure fast [kPa],pressure slow [kPa],angle [deg],tip x [mm],tip y [mm],tip z [mm],"
         "volume [mm^3],max stretch,force [N]"

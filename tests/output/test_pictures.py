@@ -169,7 +169,7 @@ def test_verdicts(make_problem: Make, make_rows: Make, make_result: Make) -> Non
     ended = make_result(rows, touch_pressure={"main": 1230.0})
     ended.message = "walls touch at main 1.23 kPa, near (1, 2, 3) mm; as asked, the path ends there"
     assert "walls touch at 1.23 kPa, and the path ends before, as asked" in verdict(problem, ended, rows)
-    assert [text for text in all_warnings(ended) if "pass through" in text] == []
+    assert [text for text in all_warnings(problem, ended) if "pass through" in text] == []
 
 
 def test_limit_point_is_found(make_rows: Make) -> None:
