@@ -168,8 +168,8 @@ def test_parameters_come_back_from_clean_steps(weights: str) -> None:
 
 @pytest.mark.parametrize("weights", ["relative to model", "absolute"])
 def test_intervals_hold_the_truth_as_often_as_they_say(weights: str) -> None:
-    """0.06 mm of noise: what is left of the paper's 0.2 mm in the mean of ten repeats. Of 60 draws at 95 % fewer
-    than 85 % hold in one of 1000 cases."""
+    """0.06 mm of noise: what is left of the paper's 0.2 mm in the mean of ten repeats. Of 60 draws at 95 %
+    fewer than 85 % hold in one of 1000 cases."""
     hits, draws = np.zeros(4), 60
     for seed in range(draws):
         found = fit_kelvin_voigt(steps(0.06e-3, seed), weights=weights).model.parameters
@@ -181,7 +181,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(weights: str) -> None:
 
 
 def test_coloured_noise_widens_the_intervals() -> None:
-    """AR(1) noise of the same size carries less information; as white noise it would look half as wide."""
+    """AR(1) noise of the same size carries less information than white noise."""
     rng = np.random.default_rng(0)
     clean = steps(0.0)
     noise = rng.standard_normal((len(clean), 200))
