@@ -40,7 +40,7 @@ def bounds_of(name: str, unit: str) -> Bounds:
             return Bounds(0.1, 10.0, "sheets of paper and fabric differ by an order of magnitude")
         return Bounds(0.5, 2.0, "a sheet's thickness is measured better than that")
     if group.startswith("walls"):
-        return Bounds(0.7, 1.4, "cast and printed walls are off by less than a third")
+        return Bounds(0.8, 1.25, "cast and printed walls are off by less than a quarter")
     if group.startswith("geometry"):
         return Bounds(0.8, 1.25, "a drawing's lengths are kept better than that")
     return Bounds(0.1, 10.0, "an order of magnitude")
