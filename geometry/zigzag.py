@@ -3,14 +3,13 @@
 The drawing: base at x = 0, actuator along +x, width along y about y = 0, height along z; the flat
 joints lie by turns at z = 0 (even ones) and z = H (odd ones). The chambers between them are straight
 pieces of one tube, slanted by half the fold angle to either side of z: the paper says that
-consecutive chambers join "at an angle of 45 deg". The first and the last joint are cut in their middle,
-where each is its own mirror image, and a solid end stands there (where the paper presses PLA connectors
-in), as high as the joint: so the first chamber turns by half a joint's opening, as in the middle of a
-longer actuator, and without a layer the whole extends straight. The limiting layer, of the same rubber
-and part of the volume `body`, lies under the joints at z = 0.
+consecutive chambers join "at an angle of 45 deg". From the middle of the first and the last joint on the
+tube goes straight, as high as the joint, and ends solid (where the paper presses PLA connectors in): so the
+outer joints can open about half as far as the others, and without a layer the whole extends about straight.
+The limiting layer, of the same rubber and part of the volume `body`, lies under the joints at z = 0.
 
 Printed: length 134, width 16, height 13, chamber wall 0.6, fold angle 45 deg, layer 0.5 to 2 mm, 13 g.
-Not printed, chosen: 24 chambers, their width along x (DEFAULT_B), ends of 2.38 mm, which make the printed
+Not printed, chosen: 22 chambers, 5.5 mm wide along x, and ends of 4 + 3.77 mm, which make the printed
 length. T2 and T6 are in a figure that is not at hand: write them as a pattern.
 """
 
@@ -41,13 +40,14 @@ class Zigzag(Shape):
     source: ClassVar[str] = "multimodal zig-zag actuator paper, Table I; number and width of chambers chosen"
     default_size: ClassVar[float] = 3e-3
 
-    chambers: int = count(24, "slanted chambers, one more joint than that (chosen)", low=1)
+    chambers: int = count(22, "slanted chambers, one more joint than that (chosen)", low=1)
     width: float = length(16e-3, "outer width", symbol="W")
     height: float = length(13e-3, "outer height without the limiting layer", symbol="H")
     wall: float = length(0.6e-3, "wall of the chambers", symbol="t")
     fold_angle: float = angle(45 * _DEG, "angle between consecutive chambers", 10 * _DEG, 90 * _DEG)
-    chamber_width: float = length(4.5e-3, "outer width of a chamber along x (chosen)")
-    end_wall: float = length(2.38e-3, "solid ends, from the middle of the outer joints (chosen: L = 134 mm)")
+    chamber_width: float = length(5.5e-3, "outer width of a chamber along x (chosen)")
+    end_chamber: float = length(4e-3, "straight tube from the middle of the outer joints (chosen)")
+    end_wall: float = length(3.77e-3, "solid ends behind it (chosen: makes L = 134 mm)")
     layer: float = length(0.0, "thickness of the limiting layer; 0: none (linear)", low=0.0, symbol="s")
     layer_pattern: str = pattern(
         "1",
@@ -64,7 +64,7 @@ class Zigzag(Shape):
     @property
     def total_length(self) -> float:
         """Length from base to tip, m."""
-        return 2 * self.end_wall + self.chambers * self.pitch
+        return 2 * (self.end_wall + self.end_chamber) + self.chambers * self.pitch
 
     @property
     def extent(self) -> float:
@@ -82,22 +82,23 @@ class Zigzag(Shape):
         side = inset / math.cos(self.fold_angle / 2)
         lean = inset * p / h
         depth = h * (b - 2 * side) / (2 * p)
-        first_joint, last_joint = self.end_wall, self.end_wall + n * p
-        ends = (0.0, self.total_length) if inset == 0 else (first_joint, last_joint)
+        first_joint = self.end_wall + self.end_chamber
+        air = (self.end_wall, self.total_length - self.end_wall)
+        ends = (0.0, self.total_length) if inset == 0 else air
 
         def run(first: int) -> list[tuple[float, float]]:
             """One side from left to right: flats of the joints, and the notches between them."""
             z, notch = (inset, h - depth) if first == 0 else (h - inset, depth)
             points: list[tuple[float, float]] = []
             if first == 1:
-                points = [(ends[0], notch), (first_joint, notch)][inset > 0 :]
+                points = [(ends[0], notch), (first_joint, notch)]
             for k in range(first, n + 1, 2):
                 middle = first_joint + k * p
                 points.append((ends[0], z) if k == 0 else (middle - b / 2 + side - lean, z))
                 points.append((ends[1], z) if k == n else (middle + b / 2 - side + lean, z))
                 if k < n:
                     points.append((middle + p, notch))
-            if (n - first) % 2 and inset == 0:
+            if (n - first) % 2:
                 points.append((ends[1], notch))
             return points
 

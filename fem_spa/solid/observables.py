@@ -28,6 +28,8 @@ class Angle:
     rotation exceeds a degree. Positive angles turn about the normal's positive direction (without a plane:
     that in which its largest component is positive): with y as normal, from +x towards -z.
 
+    Where two planes of symmetry hold the axis it is zero: what one quarter's tip turns, the others turn back.
+
     Raises InputError where "chord" has neither a surface `base` nor another fixed one to begin at.
     """
 
@@ -107,6 +109,8 @@ class Angle:
         """rad; nan where the mesh has no tip. displacement : (n_nodes, 3) m"""
         if not self.known:
             return float("nan")
+        if len(self.planes) > 1:
+            return 0.0  # two planes of symmetry hold the axis: the actuator stays straight
         weight = np.ones(1) if self.kind == "chord" else self.weight
         rest, moved = self._marks(np.zeros_like(displacement)), self._marks(displacement)
         axis = self.axis

@@ -14,15 +14,15 @@ Zigzag = geometry.SHAPES["zigzag"]
 def sections(s):
     """Outer and inner area of the side view, m^2: slanted strips less the triangles they share.
 
-    The outer joints are cut in their middle: together they lose one such triangle more.
+    The outer joints are cut in their middle, where the ends begin: together they lose one triangle more.
     """
     p, h, b, n, w = s.pitch, s.height, s.chamber_width, s.chambers, s.wall
     high = h * b / (2 * p)
-    outer = n * b * h - n * b * high / 2 + 2 * s.end_wall * high
+    outer = n * b * h - n * b * high / 2 + 2 * (s.end_wall + s.end_chamber) * high
     inner_b = b - 2 * w / math.cos(s.fold_angle / 2)
     depth = h * inner_b / (2 * p)
     shared = inner_b * depth / 2 * ((depth - w) / depth) ** 2
-    return outer, n * inner_b * (h - 2 * w) - n * shared
+    return outer, n * inner_b * (h - 2 * w) - n * shared + 2 * s.end_chamber * (depth - w)
 
 
 def test_printed_sizes():
@@ -34,7 +34,9 @@ def test_printed_sizes():
     assert geometry.cavity_volume(mesh, "main") == pytest.approx(inner * (16e-3 - 1.2e-3) / 2, rel=1e-9)
     solid = outer * 8e-3 - inner * 7.4e-3
     assert geometry.body_volume(mesh) == pytest.approx(solid, rel=1e-9)
-    assert geometry.area(mesh, "base") == pytest.approx(8e-3 * 13e-3 * shape.chamber_width / (2 * shape.pitch))
+    assert geometry.area(mesh, "base") == pytest.approx(
+        8e-3 * 13e-3 * shape.chamber_width / (2 * shape.pitch)
+    )
 
 
 @pytest.mark.parametrize("chambers", [1, 2, 3, 4])

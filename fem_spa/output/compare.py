@@ -1,0 +1,106 @@
+"""Curves of several runs beside each other: one picture and one table. Studies use it."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_spa.output.files import write_whole
+from fem_spa.output.style import ACCENT, GREY, INK, SECOND, WARN, figure, tidy
+
+COLOURS = (ACCENT, SECOND, "#14633b", WARN, GREY, "#7c3aed")
+Curve = tuple[Sequence[float], Sequence[float]]
+
+
+def draw(
+    path: Path,
+    title: str,
+    labels: tuple[str, str],
+    curves: Mapping[str, Curve],
+    marks: Mapping[str, Curve] | None = None,
+    lines: Mapping[str, float] | None = None,
+) -> None:
+    """Write a .png of curves with a legend.
+
+    Parameters
+    ----------
+    labels : of the two axes, with units
+    curves : name -> (x, y)
+    marks : name -> (x, y) of single points that others printed: crosses
+    lines : words -> x of a dashed upright line
+    """
+    drawing = figure(7.2, 4.6)
+    paint(drawing.add_subplot(), title, labels, curves, marks, lines)
+    save(drawing, path)
+
+
+def paint(
+    axes: Any,
+    title: str,
+    labels: tuple[str, str],
+    curves: Mapping[str, Curve],
+    marks: Mapping[str, Curve] | None = None,
+    lines: Mapping[str, float] | None = None,
+) -> None:
+    """The same on axes that are there already."""
+    for (name, (x, y)), colour in zip(curves.items(), COLOURS, strict=False):
+        dashed = "--" if "off" in name or "linear" in name else "-"
+        axes.plot(x, y, dashed, marker="o", markersize=3.5, color=colour, linewidth=1.8, label=name)
+    for (name, (x, y)), shape in zip((marks or {}).items(), "Xs^", strict=False):
+        axes.plot(x, y, shape, color=INK, markersize=8, linestyle="none", label=name, zorder=5)
+    for words, x in (lines or {}).items():
+        axes.axvline(x, color=GREY, linewidth=1.0, linestyle=":")
+        axes.annotate(
+            words,
+            (x, 0.98),
+            xycoords=("data", "axes fraction"),
+            xytext=(3, 0),
+            textcoords="offset points",
+            rotation=90,
+            va="top",
+            fontsize=8,
+            color=GREY,
+        )
+    axes.set_title(title)
+    axes.set_xlabel(labels[0])
+    axes.set_ylabel(labels[1])
+    tidy(axes)
+    axes.legend(frameon=False, fontsize=9)
+
+
+def save(drawing: Any, path: Path) -> None:
+    """Write a figure as .png."""
+    buffer = io.BytesIO()
+    drawing.savefig(buffer, format="png", dpi=120)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, buffer.getvalue())
+
+
+def table(path: Path, columns: Mapping[str, Sequence[float]]) -> None:
+    """Write columns (header cell -> numbers) as CSV; shorter ones end in empty cells."""
+    longest = max(len(values) for values in columns.values())
+    rows = [",".join(columns)]
+    for i in range(longest):
+        rows.append(",".join(f"{v[i]:.8g}" if i < len(v) else "" for v in columns.values()))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, "\n".join(rows) + "\n")
+
+
+def at(x: Sequence[float], y: Sequence[float], place: float) -> float:
+    """y at a place of x, between neighbouring points; nan beyond the last."""
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    order = np.argsort(x, kind="stable")
+    return float(np.interp(place, x[order], y[order], left=np.nan, right=np.nan))
+
+
+def cost(name: str, record: Mapping[str, Any]) -> str:
+    """What a run took, and how it ended, on one line; its warnings after it."""
+    seconds = record["seconds"]["total"]
+    memory = f", at most {record['peak_rss_mb']:.0f} MB" if record["peak_rss_mb"] else ""
+    end = "" if record["status"] == "done" else f"; {record['status']}: {record['message']}"
+    words = f"{name}: {record['newton_iterations']} Newton iterations, {seconds:.0f} s{memory}{end}"
+    return "\n".join([words, *(f"  Note: {text}" for text in record["warnings"])])
