@@ -47,6 +47,7 @@ class _Work:
     say: Callable[[str], None]
     runs: int = 0
     first: Response | None = None
+    reached: tuple[dict[str, float], Response] | None = None
     lengths: dict[str, list[np.ndarray]] | None = None
 
 
@@ -85,7 +86,9 @@ def calibrate_deck(
     scale = 1.0 / max(span_of(train, outputs), 1e-300)
     work = _Work(found, train, chosen, outputs, np.full(len(outputs), scale), observers, say)
     values = dict(found.start)
-    say("first FE run")
+    from fem_spa.run import listen
+
+    listen()
     try:
         first = _run(work, values)
     except RunFailed as stop:
@@ -103,13 +106,15 @@ def calibrate_deck(
         try:
             values, response, told, wanted, steps = _descend(work, dict(found.start), first, free)
         except KeyboardInterrupt:
-            status, values, response, told = "interrupted", dict(found.start), first, None
+            status, told = "interrupted", None
+            values, response = work.reached or (dict(found.start), first)
             break
         iterations += steps
         if not wanted:
             break
         refused |= wanted
         free = [name for name in free if name not in wanted]
+        work.reached = None
         values, response, told = dict(found.start), first, None
     if refused and status == "done":
         status = "missing effect"
@@ -203,12 +208,12 @@ def _descend(
 
     low, high = _log_bounds(work, free)
     steps = 0
-    unit = 1.0 / work.weights[0]
+    unit = float(1.0 / work.weights[0])
 
     def moved(by: np.ndarray) -> dict[str, float]:
         out = dict(values)
         for name, z in zip(free, by, strict=True):
-            out[name] = values[name] + z * unit if name == OFFSET else values[name] * math.exp(z)
+            out[name] = float(values[name] + z * unit if name == OFFSET else values[name] * math.exp(z))
         return out
 
     r, J, parts = _residual(work, response, values, free)
@@ -242,6 +247,7 @@ def _descend(
             break
         small = np.max(np.abs(step)) < _ENOUGH or 1.0 - float(rn @ rn) / float(r @ r) < _ENOUGH
         values, response, r, J = trial, new, rn, Jn
+        work.reached = values, response
         error = math.sqrt(float(np.mean(r**2)))
         work.say(f"FE run {work.runs}: error {100 * error:.3g} % of the range; {_words(work, values, free)}")
         if small:
@@ -320,7 +326,7 @@ def _outcome(
         )
         if name == OFFSET:
             wide = half / float(work.weights[0])
-            ends = (values[name] - wide, values[name] + wide)
+            ends = (float(values[name] - wide), float(values[name] + wide))
             limits = (-1.0 / float(work.weights[0]), 1.0 / float(work.weights[0]))
             why = "not more than the range of the output"
         else:
@@ -348,6 +354,10 @@ def _outcome(
         [(run, role, rmse([b]), rmse([a])) for (run, role), (b, a) in zip(roles, pairs, strict=True)],
         work.runs,
         iterations,
+        [
+            (b + measured(run, work.outputs), a + measured(run, work.outputs))
+            for (run, _), b, a in zip(roles, [*before[0], *before[1]], [*after[0], *after[1]], strict=True)
+        ],
         np.zeros((0, 0)) if told is None else told.correlation,
         [*found.setup.warnings, *beyond(held, valid)],
         [f"{run.name}: {note}" for run in (*train, *held) for note in run.notes],

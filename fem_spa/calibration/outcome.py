@@ -48,6 +48,7 @@ class Outcome:
     before, after : (training, held-out) RMSE in the first output's SI unit
     runs : (run, role, before, after), role "train" or "heldout"
     evaluations : FE runs, or simulations
+    predicted : of every run, the outputs before and after at the rows that count, each (n, outputs) SI
     """
 
     kind: str
@@ -61,6 +62,7 @@ class Outcome:
     runs: list[tuple[Run, str, float, float]]
     evaluations: int
     iterations: int
+    predicted: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     correlation: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)

@@ -90,8 +90,8 @@ def calibrate(
     while free:
         try:
             fitted, found = _fit(model, train, outputs, free, weights, count, say)
-        except KeyboardInterrupt:
-            status = "interrupted"
+        except _Interrupted as stop:
+            status, fitted = "interrupted", stop.reached
             break
         iterations += found.iterations
         leaving = [name for name in free if found.wanted[name] is not None]
@@ -122,6 +122,10 @@ def calibrate(
         [(run, role, rmse([b]), rmse([a])) for (run, role), (b, a) in zip(roles, pairs, strict=True)],
         count[0],
         iterations,
+        [
+            (b + measured(run, outputs), a + measured(run, outputs))
+            for (run, _), b, a in zip(roles, [*before[0], *before[1]], [*after[0], *after[1]], strict=True)
+        ],
         np.zeros((0, 0)) if found is None else found.correlation,
         beyond(held, valid),
         [f"{run.name}: {note}" for run in (*train, *held) for note in run.notes],
@@ -182,6 +186,14 @@ def _weights(runs: Sequence[Run], outputs: Sequence[str]) -> np.ndarray:
     return np.array([1.0 / max(span_of(runs, [name]), 1e-300) for name in outputs])
 
 
+class _Interrupted(Exception):
+    """Ctrl-C; `reached` is the best model so far."""
+
+    def __init__(self, reached: ReducedModel) -> None:
+        super().__init__("interrupted")
+        self.reached = reached
+
+
 @dataclass(frozen=True)
 class _Found:
     interval: dict[str, tuple[float, float]]
@@ -218,7 +230,7 @@ def _fit(
         }
         return model.with_values(**values)
 
-    best = [math.inf]
+    best, reached = [math.inf], [start]
 
     def residual(z: np.ndarray) -> np.ndarray:
         count[0] += 1
@@ -229,13 +241,21 @@ def _fit(
         r = np.concatenate(pieces)
         size = math.sqrt(float(np.mean(r**2)))
         if size < best[0]:
-            best[0] = size
+            best[0], reached[0] = size, z
             say(f"{count[0]} simulations, error {100 * size:.3g} % of the range")
         return r
 
-    answer = least_squares(
-        residual, start, bounds=(low, high), x_scale="jac", diff_step=1e-5, max_nfev=60, ftol=1e-10, xtol=1e-9
-    )
+    options: dict[str, Any] = {
+        "x_scale": "jac",
+        "diff_step": 1e-5,
+        "max_nfev": 60,
+        "ftol": 1e-10,
+        "xtol": 1e-9,
+    }
+    try:
+        answer = least_squares(residual, start, bounds=(low, high), **options)
+    except KeyboardInterrupt:
+        raise _Interrupted(candidate(reached[0])) from None
     told = spread(answer.jac, answer.fun, parts)
     interval: dict[str, tuple[float, float]] = {}
     wanted: dict[str, float | None] = {}
@@ -288,7 +308,7 @@ def _number(
     if found is not None and name in found.interval:
         low, high = found.interval[name]
     least, most, why = _ends(model, name)
-    number = Fitted(name, p.unit, p.value, value, low, high, (least, most), refused.get(name))
+    number = Fitted(name, p.unit, p.value, float(value), low, high, (least, most), refused.get(name))
     if name in refused:
         number = replace(number, why=why, advice=missing_effect(name, model.kind))
     return number

@@ -7,5 +7,7 @@ SUMMARIES: dict[str, str] = {
     "solve": "solve a deck: curve, fields, pictures and a report",
     "mesh": "mesh a deck's geometry, and say what is in it (--help lists the built-in shapes)",
     "fit": "fit a rubber's tests, and write a material card",
+    "calibrate": "fit numbers of a deck or a reduced model to records or FE curves",
+    "diagnose": "compare a model with measured records, and name the effect that it lacks",
     "study": "run a study that comes with the program (--list says what each shows)",
 }
