@@ -1,0 +1,233 @@
+"""From fitted sets to a decision: how much each explains, what is left, who the rivals are.
+
+Everything is measured on left-out folds under one noise, that of what remains when both the best set and the
+reference learner are taken off. A set's share is (E0 - E) / (E0 - floor), E0 the error of the base alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_spa.loop.compose import Chain
+from fem_spa.loop.data import Data
+from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.loop.folds import by_records
+from fem_spa.loop.learner import Learned, learn
+from fem_spa.loop.noise import Noise, Whitener, fit_noise
+from fem_spa.loop.screen import base_columns
+from fem_spa.loop.search import Found, Trial, predictive
+
+TOLERANCE = 0.05
+"""Sets within this share of the best's explained error stay rivals: the true law is never the library's."""
+LEAST_SHARE = 0.62
+"""A set that explains less of what is predictable explains only part."""
+STEP_SHARE = 0.03
+"""What one more effect must explain, of everything that is predictable."""
+STEP_REST = 0.45
+"""What one more effect must take of what was left before it."""
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A trial with its errors on left-out folds.
+
+    Attributes
+    ----------
+    share : of the predictable error that it explains
+    errors : (folds,) whitened
+    """
+
+    trial: Trial
+    share: float
+    errors: np.ndarray
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What may be said.
+
+    Attributes
+    ----------
+    verdict : of the contract
+    chosen : the set that is named, () where none is
+    rivals : effect -> those that do as well in its place, best first
+    scored : all sets, best first
+    share : of the predictable error that the best set explains
+    left : share that the learner still finds after it
+    detected : whether there is anything beyond noise
+    learned : the learner on what the best set leaves
+    noise : of what remains
+    reasons : gates that were not passed, in words
+    """
+
+    verdict: str
+    chosen: tuple[str, ...]
+    rivals: dict[str, list[str]]
+    scored: list[Scored]
+    share: float
+    left: float
+    detected: bool
+    learned: Learned
+    noise: Noise
+    best: Scored
+    reasons: tuple[str, ...]
+
+
+def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int) -> Decision:
+    """Decide; see the module."""
+    runs = tuple(i for i, run in enumerate(data.runs) if run.train)
+    plain = chain.response(data, chain.thetas, chain.base.values)
+    level = chain.gain * (plain - chain.rest)
+    lead = min(found.trials.values(), key=lambda t: t.cost + 12.0 * len(t.names))
+    learned, noise = _reference(chain, data, lead, level, runs)
+    whiten = Whitener(data, noise, level, runs)
+    errors = {names: predictive(trial, data, whiten) for names, trial in found.trials.items()}
+    floor = min(_learned_floor(lead, learned, whiten), *(float(e.sum()) for e in errors.values()))
+    base = errors[()]
+    span = max(float(base.sum()) - floor, 1e-12)
+    scored = [
+        Scored(trial, (float(base.sum()) - float(errors[names].sum())) / span, errors[names])
+        for names, trial in found.trials.items()
+    ]
+    scored.sort(key=lambda s: -_rank(s))
+    detected = max(found.score, found.drop) > 1.15 * found.limit + 2.0
+    best, reasons = _choose(scored, found, floor)
+    known = _learnable(chain, data, found, level, runs)
+    left = 1.0 - best.share
+    if not detected or (not best.trial.names and known < 0.15):
+        if known >= 0.2:
+            return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, ())
+        return Decision("none", (), {}, scored, 0.0, 0.0, False, learned, noise, best, ())
+    if best.share < LEAST_SHARE or not best.trial.names:
+        words = (f"the best set explains {100 * max(best.share, 0):.0f} % of what is predictable",)
+        return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, words)
+    reasons = gates(best, base, data, seed)
+    if reasons:
+        return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, reasons)
+    rivals = {name: _rivals(name, best, scored, data) for name in best.trial.names}
+    odd = any(r not in EFFECTS[name].classmates for name, rs in rivals.items() for r in rs)
+    verdict = "ambiguous" if odd or provisional else "attributed"
+    return Decision(
+        verdict, best.trial.names, rivals, scored, best.share, left, True, learned, noise, best, ()
+    )
+
+
+def _rank(scored: Scored) -> float:
+    """Share, less a little for each parameter, so that of equals the simpler one is named."""
+    names = scored.trial.names
+    return (
+        scored.share
+        - 0.002 * sum(len(EFFECTS[n].parameters) for n in names)
+        - 1e-4 * sum(_late(n) for n in names)
+    )
+
+
+def _late(name: str) -> int:
+    """Among equals the body's own effects are named before those of the sensor."""
+    return 1 if EFFECTS[name].family in ("sensor", "pneumatic") else 0
+
+
+def _reference(
+    chain: Chain, data: Data, lead: Trial, level: np.ndarray, runs: tuple[int, ...]
+) -> tuple[Learned, Noise]:
+    """The learner on what the lead leaves, and the noise once that is taken off too."""
+    own = lead.fit.chain
+    nuisance = base_columns(own, data, own.response(data, own.thetas, own.base.values))
+    whiten = Whitener(data, lead.noise, level, runs)
+    learned = learn(chain.context(data), lead.fit.residual, whiten, nuisance)
+    if learned.gain <= 0.02:
+        return learned, lead.noise
+    noise, _ = fit_noise(data, lead.fit.residual - learned.prediction, level, runs, lead.noise)
+    again = learn(chain.context(data), lead.fit.residual, Whitener(data, noise, level, runs), nuisance)
+    return again, noise
+
+
+def _learned_floor(lead: Trial, learned: Learned, whiten: Whitener) -> float:
+    return float(learned.after.sum()) if learned.gain > 0.0 else float(np.sum(whiten(lead.fit.residual) ** 2))
+
+
+def _learnable(chain: Chain, data: Data, found: Found, level: np.ndarray, runs: tuple[int, ...]) -> float:
+    """Share of the base's own whitened error that the learner predicts on left-out folds."""
+    base = found.base
+    nuisance = base_columns(chain, data, chain.response(data, chain.thetas, chain.base.values))
+    learned = learn(chain.context(data), base.fit.residual, Whitener(data, base.noise, level, runs), nuisance)
+    better = float(np.mean(learned.after < learned.before))
+    return learned.gain if better > 0.7 else min(learned.gain, 0.0)
+
+
+def _choose(scored: Sequence[Scored], found: Found, floor: float) -> tuple[Scored, tuple[str, ...]]:
+    """The smallest set that no larger one beats by enough."""
+    best = next(s for s in scored if not s.trial.names)
+    for size in (1, 2, 3):
+        options = [s for s in scored if len(s.trial.names) == size]
+        if size > 1:
+            options = [s for s in options if set(best.trial.names) <= set(s.trial.names)] or options
+            options = [s for s in scored if len(s.trial.names) == size]
+        if not options:
+            break
+        top = max(options, key=_rank)
+        gain = top.share - best.share
+        rest = max(1.0 - best.share, 1e-9)
+        fall = best.trial.cost - top.trial.cost
+        if size == 1:
+            if gain > 0.0:
+                best = top
+            continue
+        if gain < STEP_SHARE or gain < STEP_REST * rest or fall < found.limit + 10.0:
+            break
+        if not _each_needed(top, scored):
+            break
+        best = top
+    return best, ()
+
+
+def _each_needed(top: Scored, scored: Sequence[Scored]) -> bool:
+    """Whether the set loses enough when any one of its effects is taken away."""
+    for name in top.trial.names:
+        kept = tuple(n for n in top.trial.names if n != name)
+        without = [s.share for s in scored if set(s.trial.names) == set(kept)]
+        if without and top.share - max(without) < STEP_SHARE:
+            return False
+    return True
+
+
+def _rivals(name: str, best: Scored, scored: Sequence[Scored], data: Data) -> list[str]:
+    """Effects that do as well in the place of `name`, within the tolerance for form."""
+    others = set(best.trial.names) - {name}
+    found: dict[str, float] = {}
+    for s in scored:
+        extra = set(s.trial.names) - others
+        if len(s.trial.names) == len(best.trial.names) and others <= set(s.trial.names) and len(extra) == 1:
+            rival = extra.pop()
+            if rival != name and s.share >= best.share - _tolerance(best, s):
+                found[rival] = max(found.get(rival, -1.0), s.share)
+    if name == "temperature" and data.temperature is None:
+        for mate in EFFECTS[name].classmates:
+            found.setdefault(mate, 0.0)
+    return sorted(found, key=lambda r: -found[r])
+
+
+def _tolerance(best: Scored, rival: Scored) -> float:
+    """How much less a rival may explain: more where the best leaves more, and what chance alone can do."""
+    form = min(TOLERANCE, 0.01 + 2.0 * max(1.0 - best.share, 0.0))
+    per_unit = max(best.share, 0.1) / max(float(rival.errors.sum() - best.errors.sum()), 1e-9)
+    less = best.share - rival.share
+    chance = 12.0 * per_unit * less
+    return max(form, min(chance, TOLERANCE) if rival.errors.sum() - best.errors.sum() < 12.0 else form)
+
+
+def gates(best: Scored, base: np.ndarray, data: Data, seed: int) -> tuple[str, ...]:
+    """What the set must pass besides its share; the reasons where it does not."""
+    failed = []
+    better = base - best.errors
+    if by_records(data) and (better.sum() <= 0.0 or np.mean(better > 0.0) <= 0.5):
+        failed.append("the error on left-out records does not fall in most of them")
+    chain = best.trial.fit.chain
+    for effect, theta in zip(chain.effects, chain.thetas, strict=True):
+        amplitudes = effect.amplitudes
+        if not (theta[amplitudes] > 1e-6).any():
+            failed.append(f"{effect.name} is fitted as nothing")
+    return tuple(failed)

@@ -1,0 +1,396 @@
+"""The whole of `fem-spa diagnose`: read, split, refit, search, decide, write."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_spa.errors import InputError
+from fem_spa.loop.audit import insufficient, remarks
+from fem_spa.loop.certificate import Certificate, certificate
+from fem_spa.loop.compose import Chain, around
+from fem_spa.loop.decide import Decision, decide
+from fem_spa.loop.effects.effect import Effect
+from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.loop.intervals import shown_parameters
+from fem_spa.loop.learner import learn
+from fem_spa.loop.model_file import Source, read_source, source_tables
+from fem_spa.loop.noise import Whitener
+from fem_spa.loop.pneumatic import SETTLED_BY_PRESSURE, Pneumatics, pneumatics
+from fem_spa.loop.prepare import Case, before, prepare, train_runs
+from fem_spa.loop.records import NoTime, Record, read_records
+from fem_spa.loop.report_json import (
+    clean,
+    empty_errors,
+    errors,
+    inputs,
+    prediction_table,
+    unit_size,
+    versions,
+)
+from fem_spa.loop.search import Found, search
+from fem_spa.loop.split import Split, split
+from fem_spa.loop.words import SENTENCE, signature
+from fem_spa.output.files import write_whole
+from fem_spa.output.toml import to_toml
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the command line says."""
+
+    report: dict[str, Any]
+    sentence: str
+    figures: str
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything that the report and its page are made from."""
+
+    source: Source
+    case: Case
+    found: Found
+    decision: Decision
+    pneumatics: Pneumatics | None
+    after: Chain
+    certificate: Certificate
+    untestable: dict[str, str]
+    before_rows: list[np.ndarray]
+    after_rows: list[np.ndarray]
+    floor_rows: list[np.ndarray]
+
+
+def diagnose(
+    model: Path, paths: Sequence[Path], holdout: Sequence[Path], seed: int, out: Path, page: bool = True
+) -> Outcome:
+    """Diagnose and write everything into `out`.
+
+    Raises
+    ------
+    InputError
+        for wrong input, before anything is written
+    """
+    say = _progress()
+    source = read_source(model)
+    both = _together(paths, holdout)
+    files = [model, *both]
+    try:
+        records = read_records(both)
+    except NoTime as reason:
+        return _insufficient(str(reason), [], (), source, files, seed, out)
+    parted = split(records, holdout, seed)
+    names = [o.name for o in source.model.outputs]
+    _check(source, parted, names)
+    why = insufficient(parted.records, parted.train, names)
+    if why is not None:
+        return _insufficient(why, parted.records, parted.train, source, files, seed, out)
+    study = _study(source, parted, seed, say)
+    report = _report(study, files, seed)
+    say("writing")
+    _write(study, report, out, page)
+    say.done()  # type: ignore[attr-defined]
+    return Outcome(report, sentence(report), _figures(report))
+
+
+def _together(paths: Sequence[Path], holdout: Sequence[Path]) -> list[Path]:
+    """Records and held-out ones, each once, in the order given."""
+    seen: dict[Path, Path] = {}
+    for path in [*paths, *holdout]:
+        seen.setdefault(path.resolve(), path)
+    twice = [p for p in paths if sum(p.resolve() == q.resolve() for q in paths) > 1]
+    if twice:
+        raise InputError(f"record {twice[0]} is given twice; give each once")
+    return list(seen.values())
+
+
+def _check(source: Source, parted: Split, names: Sequence[str]) -> None:
+    from fem_spa.loop.prepare import check_fit
+
+    for record in parted.records:
+        check_fit(record, source.model, list(names))
+
+
+def _study(source: Source, parted: Split, seed: int, say: Callable[[str], None]) -> Study:
+    """Search and decide."""
+    say("refitting the base model")
+    case = prepare(source, parted)
+    data, chain = case.data, case.chain
+    context = chain.context(data)
+    untestable: dict[str, str] = {}
+    effects: list[Effect] = []
+    have = {e.name for e in source.effects}
+    for effect in EFFECTS.values():
+        why = "the model has it already" if effect.name in have else effect.untestable(context)
+        if why is None and effect.starts(context):
+            effects.append(effect)
+        elif why is not None:
+            untestable[effect.name] = why
+    air = pneumatics(source.model, data, effects, seed, say)
+    inner = chain
+    held: Chain | None = None
+    if air is not None:
+        effects = [e for e in effects if e.name not in SETTLED_BY_PRESSURE]
+        if air.effects:
+            held = chain.with_effects(air.effects, air.thetas)
+            inner = before(around(held), data)
+            inner = replace(inner, scale=chain.scale, rest=chain.rest)
+            effects = [e for e in effects if e not in air.effects]
+            if not _better(chain, inner, data):
+                inner, held = chain, None
+    found = search(inner, data, effects, seed, say)
+    say("deciding")
+    decision = decide(inner, data, found, parted.provisional, seed)
+    best = decision.best.trial.fit.chain
+    after = best if decision.chosen else inner
+    if held is not None and air is not None:
+        decision = _joined(decision, air, parted.provisional)
+        if decision.verdict in ("unexplained", "none"):
+            after = chain
+    elif not decision.chosen:
+        after = chain
+    plain = inner.response(data, inner.thetas, inner.base.values)
+    whiten = Whitener(data, decision.noise, inner.gain * (plain - inner.rest), train_runs(data))
+    report_card = certificate(found.atoms, whiten, found.limit, [e.name for e in effects])
+    floor = _floor(after, data, whiten)
+    full = case.full
+    rows = [_at(case, c.predict(full)) for c in (chain, after)]
+    correction = _at(replace(case, full=data), floor)
+    return Study(
+        source,
+        case,
+        found,
+        decision,
+        air if held is not None else None,
+        after,
+        report_card,
+        untestable,
+        rows[0],
+        rows[1],
+        [a + c for a, c in zip(rows[1], correction, strict=True)],
+    )
+
+
+def _better(chain: Chain, inner: Chain, data: Any) -> bool:
+    """Whether the output is the better for what the measured pressure shows, on the training rows."""
+    train = data.train
+    errors = [float(np.mean((data.output - c.predict(data))[train] ** 2)) for c in (chain, inner)]
+    return errors[1] < 0.98 * errors[0]
+
+
+def _joined(decision: Decision, air: Pneumatics, provisional: bool) -> Decision:
+    """The output's decision with what the measured pressure has shown beside it."""
+    if decision.verdict == "unexplained":
+        return decision
+    chosen = tuple(e.name for e in air.effects) + decision.chosen
+    rivals = {**{n: air.decision.rivals.get(n, []) for n in air.decision.chosen}, **decision.rivals}
+    odd = any(r not in EFFECTS[n].classmates for n, rs in rivals.items() for r in rs)
+    verdict = "ambiguous" if odd or provisional else "attributed"
+    return replace(decision, verdict=verdict, chosen=chosen, rivals=rivals, detected=True)
+
+
+def _floor(after: Chain, data: Any, whiten: Whitener) -> np.ndarray:
+    """(n, d) what the reference learner would still correct; zero where it does harm on left-out folds."""
+    residual = data.output - after.predict(data)
+    learned = learn(after.context(data), residual, whiten)
+    return learned.prediction if learned.gain > 0.02 else np.zeros_like(residual)
+
+
+def _at(case: Case, rows: np.ndarray) -> list[np.ndarray]:
+    """Rows of the grid at every record's own sample times."""
+    out = []
+    for record, run in zip(case.split.records, case.full.runs, strict=True):
+        n = run.part.stop - run.part.start
+        sample = float(np.median(np.diff(record.time)))
+        grid = record.time[0] + run.step * np.arange(n) + 0.5 * (run.step - sample)
+        columns = [np.interp(record.time, grid, rows[run.part, j]) for j in range(rows.shape[1])]
+        out.append(np.stack(columns, axis=1))
+    return out
+
+
+def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
+    """report.json."""
+    d, case = study.decision, study.case
+    records, train = case.split.records, case.split.train
+    names = list(study.after.base.names)
+    sizes = unit_size(records[0].units[names[0]], names[0])
+    table = errors(
+        records,
+        train,
+        names,
+        study.before_rows,
+        study.after_rows,
+        study.floor_rows,
+        "reference learner on top of what is reported",
+    )
+    excluded = [
+        {"name": n, "limit": float(limit) / sizes, "unit": records[0].units[names[0]]}
+        for n, limit in zip(study.certificate.names, study.certificate.limit, strict=True)
+        if n not in d.chosen and not any(n in r for r in d.rivals.values()) and d.verdict != "unexplained"
+    ]
+    words = ""
+    if d.verdict == "unexplained":
+        base = case.chain
+        words = signature(base.context(case.data), case.data.output - base.predict(case.data), d.learned)
+    effects = []
+    for name in d.chosen:
+        effects.append(
+            {
+                "name": name,
+                "family": EFFECTS[name].family,
+                "probability": _probability(name, d),
+                "rivals": d.rivals.get(name, []),
+                "parameters": shown_parameters(name, study, sizes, records[0].units[names[0]]),
+            }
+        )
+    candidates = list(d.chosen)
+    for name in d.chosen:
+        candidates += [r for r in d.rivals.get(name, []) if r not in candidates]
+    report = {
+        "verdict": d.verdict,
+        "effects": effects,
+        "candidates": candidates,
+        "error": table,
+        "signature": words,
+        "excluded": excluded,
+        "untestable": [{"name": n, "why": w} for n, w in study.untestable.items()],
+        "next_experiment": None,
+        "seed": seed,
+        "versions": versions(),
+        "inputs": inputs(files),
+        "explained": d.share if d.chosen else 0.0,
+        "reasons": list(d.reasons),
+        "provisional": case.split.provisional,
+        "audit": [{"file": r.path.name, "notes": remarks(r)} for r in records],
+    }
+    return clean(report)  # type: ignore[no-any-return]
+
+
+def _probability(name: str, d: Decision) -> float:
+    """Weight of an effect among those that could stand in its place, none of these included."""
+    others = set(d.chosen) - {name}
+    best = max(d.best.share, 1e-6)
+    weights = {"none of these": float(np.exp(-(0.12 + 0.0) / 0.05)) + 0.5 * max(1.0 - best, 0.0)}
+    for s in d.scored:
+        extra = set(s.trial.names) - others
+        if others <= set(s.trial.names) and len(extra) == 1 and len(s.trial.names) == len(d.best.trial.names):
+            key = extra.pop()
+            weights[key] = max(weights.get(key, 0.0), float(np.exp(-max(best - s.share, 0.0) / 0.02)))
+    weights.setdefault(name, 1.0)
+    return weights[name] / sum(weights.values())
+
+
+def _write(study: Study, report: dict[str, Any], out: Path, page: bool) -> None:
+    """Everything into the folder; report.json last."""
+    from fem_spa.loop.experiment import propose
+
+    (out / "predictions").mkdir(parents=True, exist_ok=True)
+    names = list(study.after.base.names)
+    for record, b, a in zip(study.case.split.records, study.before_rows, study.after_rows, strict=True):
+        if study.case.split.provisional and record is not study.case.split.records[0]:
+            continue
+        whole = record
+        if study.case.split.provisional:
+            whole, b, a = _whole(study)
+        write_whole(out / "predictions" / f"{record.name}.csv", prediction_table(whole, names, b, a))
+    report["next_experiment"] = propose(study, out)
+    if study.decision.chosen:
+        chain = study.after
+        if study.pneumatics is not None:
+            chain = chain.with_effects(
+                (*study.pneumatics.effects, *chain.effects), (*study.pneumatics.thetas, *chain.thetas)
+            )
+        write_whole(out / "model_next.toml", to_toml(source_tables(study.source, chain)))
+    if page:
+        from fem_spa.loop.page import write_page
+
+        write_page(study, report, out)
+    write_whole(out / "report.json", json.dumps(report, indent=1) + "\n")
+
+
+def _whole(study: Study) -> tuple[Record, np.ndarray, np.ndarray]:
+    """A record that was cut for the hold-out, put together again."""
+    first, second = study.case.split.records
+    joined = replace(
+        first,
+        time=np.concatenate([first.time, second.time]),
+        outputs={n: np.concatenate([first.outputs[n], second.outputs[n]]) for n in first.outputs},
+    )
+    return joined, np.concatenate(study.before_rows), np.concatenate(study.after_rows)
+
+
+def _insufficient(
+    why: str,
+    records: Sequence[Record],
+    train: Sequence[bool],
+    source: Source,
+    files: Sequence[Path],
+    seed: int,
+    out: Path,
+) -> Outcome:
+    """A report that says why nothing can be told."""
+    names = [o.name for o in source.model.outputs]
+    report: dict[str, Any] = {
+        "verdict": "insufficient",
+        "effects": [],
+        "candidates": [],
+        "error": empty_errors(records, train, names),
+        "signature": "",
+        "excluded": [],
+        "untestable": [{"name": name, "why": why} for name in EFFECTS],
+        "next_experiment": None,
+        "seed": seed,
+        "versions": versions(),
+        "inputs": inputs(files),
+        "reasons": [why],
+    }
+    out.mkdir(parents=True, exist_ok=True)
+    write_whole(out / "report.json", json.dumps(clean(report), indent=1) + "\n")
+    return Outcome(report, SENTENCE["insufficient"].format(why=why), "no figures")
+
+
+def sentence(report: dict[str, Any]) -> str:
+    """The verdict for a person."""
+    effects = " and ".join(e["name"] for e in report["effects"])
+    rivals = [r for e in report["effects"] for r in e["rivals"]]
+    text = SENTENCE[report["verdict"]].format(
+        effects=effects or "an effect", rivals=", ".join(dict.fromkeys(rivals)) or "others", why=""
+    )
+    if report["verdict"] == "attributed" and rivals:
+        text += f" One output alone cannot tell it from {', '.join(dict.fromkeys(rivals))}."
+    return text
+
+
+def _figures(report: dict[str, Any]) -> str:
+    """Error before and after on records not used."""
+    held, unit = report["error"]["heldout"], report["error"]["unit"]
+    if held["before"] is None:
+        return "No record was held out."
+    return (
+        f"Error on records not used: {held['before']:.4g} {unit} before, {held['after']:.4g} {unit} after "
+        f"(floor {held['floor']:.4g} {unit}, span {report['error']['span']:.4g} {unit})."
+    )
+
+
+def _progress() -> Callable[[str], None]:
+    """Progress on stderr: a moving line on a terminal, nothing else elsewhere but one line a stage."""
+    begun = time.perf_counter()
+    live = sys.stderr.isatty()
+
+    def say(text: str) -> None:
+        line = f"{time.perf_counter() - begun:5.1f} s  {text}"
+        print(f"\r\033[K{line}" if live else line, end="" if live else "\n", file=sys.stderr, flush=True)
+
+    def done() -> None:
+        if live:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+    say.done = done  # type: ignore[attr-defined]
+    return say

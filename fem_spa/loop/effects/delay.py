@@ -1,0 +1,27 @@
+"""Delay: everything comes later by a fixed time (transport in the line, a clock that is off)."""
+
+import numpy as np
+
+from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.operators import delayed
+
+
+def apply(ctx: Context, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """Pressure of `delay` seconds ago."""
+    if theta[0] == 0.0:
+        return pressure
+    return delayed(ctx.data, pressure, float(theta[0]))
+
+
+EFFECT = Effect(
+    name="delay",
+    family="pneumatic",
+    slot="input",
+    order=14,
+    memory="fading",
+    parameters=(Param("delay", 0.0, 2.0, 0.05, "s", True),),
+    apply=apply,
+    starts=lambda ctx: grid([0.02, 0.06, 0.15, 0.4, 1.0]),
+    experiment="steps",
+    words="the whole motion comes later by the same time at every rate",
+)

@@ -1,0 +1,45 @@
+"""Mullins: rubber that has been further is softer below the largest load it has seen (Ogden and Roxburgh
+1999)."""
+
+import numpy as np
+
+from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.operators import running_max
+
+
+def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """s -> s (1 + a tanh((M^2 - s^2) / w M^2b)), M the largest s so far; `known` of the range was seen
+    before."""
+    a, w, before = theta
+    if a == 0.0:
+        return response
+    s = ctx.share(response)
+    size = np.sqrt(np.mean(s**2, axis=1)) if s.shape[1] > 1 else np.abs(s[:, 0])
+    seen = {1.0: 0.0, 0.0: 1.0}.get(-1.0 if ctx.data.fresh is None else ctx.data.fresh, before)
+    most = running_max(ctx.data, size, seen)
+    soft = np.tanh((most**2 - size**2) / w)
+    return np.asarray(ctx.rest + ctx.scale * s * (1.0 + a * soft[:, None]))
+
+
+def untestable(ctx: Context) -> str | None:
+    """A record that was softened before shows none."""
+    return "the first record is said to be softened before" if ctx.data.fresh == 0.0 else None
+
+
+EFFECT = Effect(
+    name="mullins",
+    family="history",
+    slot="stiffness",
+    order=32,
+    memory="max-history",
+    parameters=(
+        Param("softening", 0.0, 0.6, 0.05, "", True),
+        Param("width", 0.03, 3.0, 0.3, ""),
+        Param("seen before", 0.0, 0.9, 0.0, "of span"),
+    ),
+    apply=apply,
+    starts=lambda ctx: grid([0.05], [0.05, 0.3, 1.5], [0.0] if ctx.data.fresh == 1.0 else [0.0, 0.4]),
+    untestable=untestable,
+    experiment="amplitude ladder",
+    words="softer below the largest pressure seen so far, whenever that was",
+)

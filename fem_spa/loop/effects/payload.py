@@ -1,0 +1,46 @@
+"""Payload: a mass at the tip."""
+
+import numpy as np
+
+from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.effects.gravity import untestable as same_orientation
+from fem_spa.loop.effects.weight import turning
+
+
+def loads(ctx: Context) -> np.ndarray:
+    """(n,) payload as a share of the largest; one where none is stated."""
+    most = float(ctx.data.payload.max())
+    return ctx.data.payload / most if most > 0.0 else np.ones(len(ctx.data.clock))
+
+
+def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """Turn by a weight at the tip, in proportion to the payload where it is stated."""
+    if theta[0] == 0.0:
+        return response
+    return np.asarray(response + theta[0] * loads(ctx)[:, None] * turning(ctx, response, tip=True))
+
+
+def untestable(ctx: Context) -> str | None:
+    """Stated as zero throughout: there is none."""
+    train = ctx.data.train
+    if ctx.data.weighed and float(ctx.data.payload[train].max()) == 0.0:
+        return "every training record states a payload of zero"
+    if ctx.data.weighed and len(np.unique(ctx.data.payload[train])) > 1:
+        return None
+    return same_orientation(ctx)
+
+
+EFFECT = Effect(
+    name="payload",
+    family="load",
+    slot="load",
+    order=52,
+    memory="static",
+    parameters=(Param("weight", 0.0, 1.5, 0.05, "of span", True),),
+    apply=apply,
+    starts=lambda ctx: grid([0.03, 0.2]),
+    classmates=("gravity",),
+    untestable=untestable,
+    experiment="known masses",
+    words="scales with the mass at the tip",
+)

@@ -1,0 +1,59 @@
+"""Temperature: the rubber's stiffness follows its temperature, logged or as it warms while it works."""
+
+import numpy as np
+
+from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.operators import lowpass
+
+
+def warmth(ctx: Context, tau: float) -> np.ndarray:
+    """(n,) deviation of temperature: in 10 K where it was logged, else of a body heated while it is
+    driven."""
+    logged = ctx.data.temperature
+    if logged is not None:
+        first = float(np.mean(logged[: max(len(logged) // 50, 1)]))
+        return np.asarray((logged - first) / 10.0)
+    return lowpass(ctx.data, np.minimum(np.abs(ctx.drive) * 2.0, 1.0), tau)
+
+
+def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """s -> s (1 + (softer - stiffer) warmth)."""
+    softer, stiffer, tau = theta
+    if softer == 0.0 and stiffer == 0.0:
+        return response
+    factor = 1.0 + (softer - stiffer) * warmth(ctx, float(tau))
+    return np.asarray(ctx.rest + (response - ctx.rest) * factor[:, None])
+
+
+def starts(ctx: Context) -> list[list[np.ndarray]]:
+    """Both signs; without a log over a decade of warming times."""
+    taus = [300.0] if ctx.data.temperature is not None else [60.0, 300.0, 1500.0]
+    return [*grid([0.05], [0.0], taus), *grid([0.0], [0.05], taus)]
+
+
+def untestable(ctx: Context) -> str | None:
+    """A log that hardly moves shows nothing."""
+    logged = ctx.data.temperature
+    if logged is not None and float(np.ptp(logged[ctx.data.train])) < 0.5:
+        return "the logged temperature moves by less than 0.5 K"
+    return None
+
+
+EFFECT = Effect(
+    name="temperature",
+    family="history",
+    slot="stiffness",
+    order=36,
+    memory="time",
+    parameters=(
+        Param("softer", 0.0, 0.6, 0.03, "", True),
+        Param("stiffer", 0.0, 0.6, 0.03, "", True),
+        Param("warming time", 20.0, 5000.0, 300.0, "s"),
+    ),
+    apply=apply,
+    starts=starts,
+    classmates=("fatigue", "sensor-drift"),
+    untestable=untestable,
+    experiment="warm-up",
+    words="gain follows the temperature",
+)

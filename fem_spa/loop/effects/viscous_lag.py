@@ -1,0 +1,28 @@
+"""Viscous lag: damping of the body delays the response, first order."""
+
+import numpy as np
+
+from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.operators import lowpass
+
+
+def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """First-order lag of the response."""
+    if theta[0] == 0.0:
+        return response
+    return lowpass(ctx.data, response, float(theta[0]), ctx.rest)
+
+
+EFFECT = Effect(
+    name="viscous-lag",
+    family="rate",
+    slot="state",
+    order=44,
+    memory="fading",
+    parameters=(Param("time constant", 0.0, 5.0, 0.15, "s", True),),
+    apply=apply,
+    starts=lambda ctx: grid([0.03, 0.1, 0.3, 0.9, 2.5]),
+    classmates=("pressure-lag", "sensor-lag"),
+    experiment="measured pressure",
+    words="late after every change, loops that shrink when driven slower",
+)

@@ -1,0 +1,152 @@
+"""Model files with effects: a `[model]` table, and `[effects.NAME]` tables that `diagnose` adds.
+
+[scales]                       # what shares in the tables below mean
+pressure = "50 kPa"
+response = [0.71]              # SI unit of the output, before gain
+rest = [0.0]
+cycles = 21.5
+seconds = 400.0
+
+[effects.creep]
+share at 0.8 s = 0.02          # quoted in the file
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_spa.errors import InputError
+from fem_spa.loop.base import Base
+from fem_spa.loop.compose import Chain
+from fem_spa.loop.effects.effect import Effect
+from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.reduced.model import ReducedModel
+from fem_spa.reduced.registry import read_model
+from fem_spa.units import quantity
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a model file holds.
+
+    Attributes
+    ----------
+    effects, thetas : in causal order
+    scales : p_max (Pa), scale, rest (d,), cycles, seconds
+    """
+
+    model: ReducedModel
+    effects: tuple[Effect, ...] = ()
+    thetas: tuple[np.ndarray, ...] = ()
+    scales: Mapping[str, Any] | None = None
+
+    def chain(self, base: Base) -> Chain:
+        """The chain of a base with the file's effects."""
+        assert self.scales is not None
+        return Chain(base, 1.0, np.zeros(len(base.names)), self.effects, self.thetas, **self.scales)
+
+
+def read_source(path: Path) -> Source:
+    """Read a model file.
+
+    Raises
+    ------
+    InputError
+        for what is missing, unknown, or out of range
+    """
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"model {path} cannot be read: {error.strerror}; give a model file") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"model {path} is not TOML: {' '.join(str(error).split())}") from None
+    unknown = sorted(set(tables) - {"model", "effects", "scales"})
+    if unknown:
+        raise InputError(f"model {path}: unknown table [{unknown[0]}]; model, effects, scales are allowed")
+    table = tables.get("model")
+    if isinstance(table, Mapping) and table.get("kind") == "fem":
+        from fem_spa.loop.base_fem import solved_deck
+
+        model = solved_deck(table, path.parent)
+    else:
+        model = read_model(path)
+    given = tables.get("effects", {})
+    if not isinstance(given, Mapping):
+        raise InputError(f"model {path}: effects are tables, for example [effects.creep]")
+    names = sorted(given, key=lambda n: EFFECTS[n].order if n in EFFECTS else 0)
+    thetas = tuple(_theta(path, name, given[name]) for name in names)
+    scales = _scales(path, tables.get("scales"), len(model.outputs)) if names else None
+    return Source(model, tuple(EFFECTS[name] for name in names), thetas, scales)
+
+
+def _theta(path: Path, name: str, table: Any) -> np.ndarray:
+    if name not in EFFECTS:
+        raise InputError(f"model {path}: unknown effect '{name}'; known are {', '.join(EFFECTS)}")
+    effect = EFFECTS[name]
+    values = []
+    wrong = sorted(set(table) - {p.name for p in effect.parameters}) if isinstance(table, Mapping) else ["?"]
+    if wrong:
+        raise InputError(f"model {path}, effects.{name}: unknown key '{wrong[0]}'")
+    for parameter, null in zip(effect.parameters, effect.null, strict=True):
+        value = table.get(parameter.name, float(null))
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise InputError(f"model {path}, effects.{name}.{parameter.name}: a plain number is needed")
+        if not parameter.low <= value <= parameter.high:
+            raise InputError(
+                f"model {path}, effects.{name}: {parameter.name} = {value:g}; from {parameter.low:g} to "
+                f"{parameter.high:g} is allowed"
+            )
+        values.append(float(value))
+    return np.array(values)
+
+
+def _scales(path: Path, table: Any, outputs: int) -> dict[str, Any]:
+    """The numbers that shares refer to."""
+    needed = ("pressure", "response", "rest", "cycles", "seconds")
+    if not isinstance(table, Mapping) or set(table) != set(needed):
+        raise InputError(f"model {path}: effects need a table [scales] with {', '.join(needed)}")
+    lists = [np.asarray(table[key], float).ravel() for key in ("response", "rest")]
+    if any(len(values) != outputs for values in lists):
+        raise InputError(f"model {path}, scales: {outputs} number(s) are needed for response and for rest")
+    return {
+        "scale": lists[0],
+        "rest": lists[1],
+        "p_max": quantity(table["pressure"], "Pa", "scales.pressure", positive=True),
+        "cycles": float(table["cycles"]),
+        "seconds": float(table["seconds"]),
+    }
+
+
+def source_tables(source: Source, chain: Chain) -> dict[str, Any]:
+    """The tables of a model file: refitted base, the effects it brought and those of `chain`."""
+    base = chain.base
+    values: dict[str, float] = dict(zip(base.free, np.exp(base.values), strict=True))
+    parameters = source.model.parameters
+    if base.gain and "gain" in parameters:
+        values["gain"] = chain.gain * parameters["gain"].value
+    if "offset" in parameters and len(chain.offset) == 1:
+        own = parameters["offset"].value * chain.gain if base.gain else 0.0
+        values["offset"] = own + float(chain.offset[0])
+    inside = {k: v for k, v in values.items() if k in parameters}
+    inside = {k: float(np.clip(v, parameters[k].low, parameters[k].high)) for k, v in inside.items()}
+    tables: dict[str, Any] = {"model": source.model.with_values(**inside).table()}
+    both = [*zip(source.effects, source.thetas, strict=True), *zip(chain.effects, chain.thetas, strict=True)]
+    if both:
+        tables["scales"] = {
+            "pressure": f"{chain.p_max / 1e3:.12g} kPa",
+            "response": [float(x) for x in chain.scale * chain.gain],
+            "rest": [float(x) for x in (chain.gain * chain.rest + chain.offset if base.gain else chain.rest)],
+            "cycles": chain.cycles,
+            "seconds": chain.seconds,
+        }
+        tables["effects"] = {
+            effect.name: {p.name: float(f"{v:.10g}") for p, v in zip(effect.parameters, theta, strict=True)}
+            for effect, theta in both
+        }
+    return tables

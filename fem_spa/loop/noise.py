@@ -1,0 +1,248 @@
+"""What is noise: white, coloured (AR(1)), and an offset and a gain that differ from record to record.
+
+A residual is e = white + coloured + offset_r + gain_r * response. `Whitener` turns rows so that this
+noise becomes
+white of unit size; least squares on turned rows are the generalised ones (GLS), and records weigh as
+much as they
+are repeatable. Coloured noise of unknown size is the steady Kalman filter's ARMA(1,1) (Harvey 1989,
+section 3.4).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.signal import lfilter
+
+from fem_spa.loop.data import Data
+
+REPEATS = 0.007
+"""Share of the response to which a record repeats, typically (offset and gain): 0.45 to 0.96 % on a
+pneumatic arm,
+1 to 3 % between sessions. Larger sizes are allowed and cost likelihood, lest a change pass for noise.
+"""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Sizes of the noise, in the unit of the residual.
+
+    Attributes
+    ----------
+    white, coloured : standard deviations
+    tau : s, correlation time of the coloured part
+    offset : standard deviation of a record's offset
+    gain : standard deviation of a record's gain (times the response)
+    """
+
+    white: float
+    coloured: float
+    tau: float
+    offset: float
+    gain: float
+
+    @property
+    def sample(self) -> float:
+        """Standard deviation within a record."""
+        return math.hypot(self.white, self.coloured)
+
+
+@dataclass(frozen=True)
+class _Filter:
+    b: np.ndarray
+    a: np.ndarray
+    scale: float
+    first: float
+
+
+def _filter(noise: Noise, step: float) -> _Filter:
+    """Innovations form of white + AR(1) at this sampling time."""
+    phi = math.exp(-step / noise.tau)
+    w, q = noise.white**2, noise.coloured**2 * (1.0 - phi * phi)
+    # steady variance of the prediction: P = phi^2 P w / (P + w) + q
+    half = 0.5 * (q - (1.0 - phi * phi) * w)
+    p = half + math.sqrt(half * half + q * w)
+    gain = p / (p + w)
+    return _Filter(
+        np.array([1.0, -phi]),
+        np.array([1.0, -phi * (1.0 - gain)]),
+        1.0 / math.sqrt(p + w),
+        1.0 / math.hypot(noise.coloured, noise.white),
+    )
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """Turns (n, ...) rows of the chosen records; rows of unknown samples become zero.
+
+    Attributes
+    ----------
+    data : rows
+    noise : sizes
+    response : (n, d) that a record's gain acts on
+    runs : indices of the records to be turned; the others' rows become zero
+    """
+
+    data: Data
+    noise: Noise
+    response: np.ndarray
+    runs: tuple[int, ...]
+
+    def __call__(self, rows: np.ndarray) -> np.ndarray:
+        """(n, d, k) or (n, d): whitened."""
+        flat = rows.reshape(rows.shape[0], rows.shape[1], -1)
+        out = np.zeros_like(flat)
+        for index in self.runs:
+            run = self.data.runs[index]
+            out[run.part] = self._run(index, flat[run.part])
+        return out.reshape(rows.shape)
+
+    def _run(self, index: int, rows: np.ndarray) -> np.ndarray:
+        turned = self._filtered(index, rows)
+        basis, shrink = self._record(index)
+        if basis is None:
+            return turned
+        n, d, k = turned.shape
+        flat = turned.reshape(n * d, k)
+        flat = flat + basis @ (shrink @ (basis.T @ flat))
+        return flat.reshape(n, d, k)
+
+    def _filtered(self, index: int, rows: np.ndarray) -> np.ndarray:
+        """(n, d, k) through the innovations filter."""
+        run = self.data.runs[index]
+        f = _filter(self.noise, run.step)
+        out = lfilter(f.b, f.a, rows, axis=0) * f.scale
+        out[0] = rows[0] * f.first
+        out[~self.data.known[run.part]] = 0.0
+        return np.asarray(out)
+
+    def _record(self, index: int) -> tuple[np.ndarray | None, np.ndarray]:
+        """Basis Q (n d, c) of a record's own offsets and gain, and (I + R D R')^(-1/2) - I."""
+        columns, variances = self._columns(index)
+        if not columns:
+            return None, np.zeros((0, 0))
+        turned = self._filtered(index, np.stack(columns, axis=2)).reshape(-1, len(columns))
+        q, r = np.linalg.qr(turned)
+        values, vectors = np.linalg.eigh(np.eye(len(variances)) + r @ np.diag(variances) @ r.T)
+        values = np.maximum(values, 1e-12)
+        root = vectors @ np.diag(1.0 / np.sqrt(values)) @ vectors.T
+        return q, root - np.eye(len(variances))
+
+    def _columns(self, index: int) -> tuple[list[np.ndarray], list[float]]:
+        """(n, d) patterns of a record's own offsets and gain, and their variances."""
+        part = self.data.runs[index].part
+        n, d = part.stop - part.start, self.data.output.shape[1]
+        columns, variances = [], []
+        for j in range(d if self.noise.offset > 0.0 else 0):
+            one = np.zeros((n, d))
+            one[:, j] = 1.0
+            columns.append(one)
+            variances.append(self.noise.offset**2)
+        if self.noise.gain > 0.0:
+            columns.append(self.response[part])
+            variances.append(self.noise.gain**2)
+        return columns, variances
+
+    def record_bases(self) -> list[np.ndarray]:
+        """For each turned record, (n_rows_total * d, c) orthonormal directions of its offset and gain,
+        turned."""
+        found = []
+        for index in self.runs:
+            basis, _ = self._record(index)
+            if basis is not None:
+                found.append(basis)
+        return found
+
+    def cost(self, residual: np.ndarray) -> float:
+        """-2 log likelihood of an (n, d) residual; the record's part by Woodbury's formula."""
+        total, d = 0.0, residual.shape[1]
+        for index in self.runs:
+            part = self.data.runs[index].part
+            known = int(np.sum(self.data.known[part]))
+            columns, variances = self._columns(index)
+            turned = self._filtered(index, np.stack([residual[part], *columns], axis=2))
+            flat = turned.reshape(-1, turned.shape[2])
+            gram = flat.T @ flat
+            total += gram[0, 0] - 2.0 * d * known * math.log(
+                _filter(self.noise, self.data.runs[index].step).scale
+            )
+            if variances:
+                inner = np.diag(1.0 / np.asarray(variances)) + gram[1:, 1:]
+                total -= float(gram[0, 1:] @ np.linalg.solve(inner, gram[0, 1:]))
+                total += float(np.linalg.slogdet(inner)[1] + np.sum(np.log(variances)))
+        return total
+
+
+def fit_noise(
+    data: Data, residual: np.ndarray, response: np.ndarray, runs: tuple[int, ...], start: Noise | None = None
+) -> tuple[Noise, float]:
+    """Most likely noise for an (n, d) residual of the records `runs`, and -2 log likelihood.
+
+    The correlation time is kept between one step and a quarter of the longest record.
+    """
+    rows = np.concatenate([np.arange(data.runs[i].part.start, data.runs[i].part.stop) for i in runs])
+    rows = rows[data.known[rows]]
+    size = float(np.sqrt(np.mean(residual[rows] ** 2))) or 1e-12
+    amplitude = float(np.sqrt(np.mean(response[rows] ** 2))) or 1.0
+    step = min(data.runs[i].step for i in runs)
+    longest = max(0.25 * data.longest, 4.0 * step)
+    low = np.log([1e-4 * size, 1e-4 * size, 1.5 * step, 1e-4 * size, 1e-4 * size / amplitude])
+    high = np.log([2.0 * size, 2.0 * size, longest, 3.0 * size, 3.0 * size / amplitude])
+    differences = np.concatenate([np.diff(residual[data.runs[i].part], axis=0) for i in runs])
+    white = max(float(np.sqrt(np.mean(differences**2) / 2.0)) * 0.7, 1e-3 * size)
+    several = len(runs) > 1
+    if start is None:
+        guess = [
+            white,
+            0.6 * size,
+            min(max(2.0, 3.0 * step), 0.5 * longest),
+            0.3 * size,
+            0.1 * size / amplitude,
+        ]
+    else:
+        guess = [start.white, start.coloured, start.tau, start.offset or low[3], start.gain or low[4]]
+    x0 = np.clip(np.log(np.maximum(guess, 1e-300)), low + 0.01, high - 0.01)
+    sub = data
+
+    top = float(np.max(np.abs(response[rows]))) or 1.0
+
+    def unlikely(noise: Noise) -> float:
+        """Prior: actuators repeat to about a per cent from record to record (see REPEATS)."""
+        over = [math.log(max(v, 1e-12) / REPEATS) for v in (noise.offset / top, noise.gain)]
+        return sum((max(o, 0.0) / 0.7) ** 2 for o in over)
+
+    def noise_of(x: np.ndarray) -> Noise:
+        v = np.exp(np.clip(x, low, high))
+        return Noise(v[0], v[1], v[2], v[3] if several else 0.0, v[4] if several else 0.0)
+
+    def cost(x: np.ndarray) -> float:
+        outside = float(np.sum(np.maximum(low - x, 0.0) ** 2 + np.maximum(x - high, 0.0) ** 2))
+        return (
+            Whitener(sub, noise_of(x), response, runs).cost(residual) + 10.0 * outside + unlikely(noise_of(x))
+        )
+
+    n = 5 if several else 3
+    base = x0.copy()
+
+    def part(y: np.ndarray) -> float:
+        full = base.copy()
+        full[:n] = y
+        return cost(full)
+
+    found = minimize(
+        part,
+        x0[:n],
+        method="Nelder-Mead",
+        options={
+            "maxfev": 130 if start is None else 70,
+            "xatol": 0.05,
+            "fatol": 0.5,
+            "initial_simplex": np.vstack([x0[:n], x0[:n] + np.diag(np.full(n, 0.7))]),
+        },
+    )
+    base[:n] = found.x
+    noise = noise_of(base)
+    return noise, float(found.fun)

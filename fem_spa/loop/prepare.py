@@ -1,0 +1,108 @@
+"""From files to what the search works on: records, split, uniform grids, refitted base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fem_spa.errors import InputError
+from fem_spa.loop.base import Base, base_of
+from fem_spa.loop.compose import Chain, around
+from fem_spa.loop.data import Data, build
+from fem_spa.loop.fit import fit
+from fem_spa.loop.model_file import Source
+from fem_spa.loop.noise import Noise, Whitener
+from fem_spa.loop.operators import travelled
+from fem_spa.loop.records import Record
+from fem_spa.loop.split import Split
+from fem_spa.reduced.model import ReducedModel
+
+ROWS = 12_000
+"""Rows of all records together that the search works on."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One call.
+
+    Attributes
+    ----------
+    data : thinned, for the search;  full : every sample, for predictions
+    chain : the base (and the effects its file brought) refitted on the training records: `before`
+    """
+
+    split: Split
+    data: Data
+    full: Data
+    chain: Chain
+
+
+def prepare(source: Source, parted: Split, rows: int = ROWS) -> Case:
+    """Grids and the refitted base.
+
+    Raises
+    ------
+    InputError
+        where records and model do not fit: outputs, number of pressures
+    """
+    model = source.model
+    names = [o.name for o in model.outputs]
+    for record in parted.records:
+        check_fit(record, model, names)
+    data = build(parted.records, parted.train, names, rows)
+    full = build(parted.records, parted.train, names, 10**9)
+    return Case(parted, data, full, before(base_for(source, data), data))
+
+
+def check_fit(record: Record, model: ReducedModel, names: list[str]) -> None:
+    """InputError where a record and the model are not of the same quantities."""
+    missing = [name for name in names if name not in record.outputs]
+    if missing:
+        raise InputError(
+            f"record {record.path} has {', '.join(record.outputs)}; the model ('{model.kind}') gives "
+            f"{', '.join(names)}: they must be the same quantity"
+        )
+    if record.pressures.shape[1] != model.chambers:
+        raise InputError(
+            f"record {record.path} has {record.pressures.shape[1]} pressure(s), the model ('{model.kind}') "
+            f"takes {model.chambers}"
+        )
+
+
+def base_for(source: Source, data: Data) -> Base:
+    """The base, prepared for the pressures of the records, with the effects that its file brought around
+    it."""
+    base = base_of(source.model, data.pressure.min(axis=0), data.pressure.max(axis=0))
+    if not source.effects:
+        return base
+    return around(source.chain(base))
+
+
+def before(base: Base, data: Data) -> Chain:
+    """The chain of a base alone, refitted by plain least squares on the training records."""
+    chain = _scaled(
+        Chain(base, 1.0, np.zeros(data.output.shape[1]), (), (), *(np.ones(1),) * 2, 1.0, 1.0, 1.0), data
+    )
+    spread = float(np.std(data.output[data.train])) or 1.0
+    plain = Noise(spread, 1e-6 * spread, 1.0, 0.0, 0.0)
+    whiten = Whitener(data, plain, data.output, train_runs(data))
+    return _scaled(fit(chain, data, whiten, (), (), 40).chain, data)
+
+
+def _scaled(chain: Chain, data: Data) -> Chain:
+    """Scales as the base is now: response in its own unit, before gain."""
+    base = chain.base
+    rest = base.respond(data, np.zeros_like(data.pressure), base.values)[0]
+    plain = base.respond(data, data.pressure, base.values)
+    scale = np.maximum(np.abs(plain - rest)[data.train].max(axis=0), 1e-12)
+    chain = replace(
+        chain, scale=scale, rest=rest, p_max=data.p_max, seconds=max(float(np.ptp(data.clock)), 1e-9)
+    )
+    cycles = float(travelled(data, chain.context(data).drive)[-1])
+    return replace(chain, cycles=max(cycles, 1e-9))
+
+
+def train_runs(data: Data) -> tuple[int, ...]:
+    """Indices of the training runs."""
+    return tuple(i for i, run in enumerate(data.runs) if run.train)

@@ -1,0 +1,304 @@
+"""Search: which effects, at most three, account for the residual. Screen, noise path, fits, pairs, swaps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from fem_spa.loop.compose import Chain
+from fem_spa.loop.data import Data
+from fem_spa.loop.effects.effect import Effect
+from fem_spa.loop.fit import Fit, fit, linear_columns
+from fem_spa.loop.folds import folds
+from fem_spa.loop.noise import Noise, Whitener, fit_noise
+from fem_spa.loop.screen import Atoms, Group, left_out, make_atoms, reduced, solve, start_of, sums
+from fem_spa.loop.threshold import null_quantile, scores
+
+SINGLES, PAIRS, MOST = 9, 7, 3
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A fitted set of effects.
+
+    Attributes
+    ----------
+    names : in causal order
+    cost : -2 log likelihood with its own noise, which is `noise`
+    """
+
+    names: tuple[str, ...]
+    fit: Fit
+    noise: Noise
+    cost: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """Everything the search has seen.
+
+    Attributes
+    ----------
+    base : the base alone
+    trials : names -> trial, the base alone under ()
+    score, limit : largest score over all atoms, and what chance reaches in one of fifty null data
+    drop : by how much -2 log likelihood falls with the best single effect
+    atoms : of the screen
+    """
+
+    trials: dict[tuple[str, ...], Trial]
+    score: float
+    limit: float
+    drop: float
+    atoms: Atoms
+
+    @property
+    def base(self) -> Trial:
+        return self.trials[()]
+
+
+@dataclass
+class _Work:
+    """What the search passes around."""
+
+    chain: Chain
+    data: Data
+    runs: tuple[int, ...]
+    level: np.ndarray
+    trials: dict[tuple[str, ...], Trial]
+
+    def whiten(self, noise: Noise) -> Whitener:
+        return Whitener(self.data, noise, self.level, self.runs)
+
+    def noise(self, residual: np.ndarray, start: Noise | None) -> tuple[Noise, float]:
+        return fit_noise(self.data, residual, self.level, self.runs, start)
+
+    def try_set(
+        self, effects: Sequence[Effect], starts: Sequence[np.ndarray], noise: Noise, steps: int = 10
+    ) -> Trial:
+        """Fit a set, then its noise; the better of this and an earlier fit of the same set is kept."""
+        found = fit(self.chain, self.data, self.whiten(noise), effects, starts, steps)
+        own, cost = self.noise(found.residual, noise)
+        names = tuple(e.name for e in found.chain.effects)
+        trial = Trial(names, found, own, cost)
+        old = self.trials.get(names)
+        if old is None or trial.cost < old.cost:
+            self.trials[names] = trial
+        return self.trials[names]
+
+
+def search(chain: Chain, data: Data, effects: Sequence[Effect], seed: int, say: Say) -> Found:
+    """Find sets of effects; `chain` is the refitted base alone."""
+    runs = tuple(i for i, run in enumerate(data.runs) if run.train)
+    plain = chain.response(data, chain.thetas, chain.base.values)
+    work = _Work(chain, data, runs, chain.gain * plain - chain.gain * chain.rest, {})
+    residual = data.output - (chain.gain * plain + chain.offset)
+    noise, cost = work.noise(residual, None)
+    work.trials[()] = Trial((), Fit(chain, 0.0, residual, ()), noise, cost)
+    say("screening")
+    atoms = make_atoms(chain, data, effects)
+    whiten = work.whiten(noise)
+    first = sums(atoms, whiten)
+    score = float(scores(reduced(first.total, atoms.count)).max())
+    limit = null_quantile(atoms, whiten, seed)
+    best, drop = _noise_path(work, atoms, noise, cost, residual, limit)
+    say("fitting single effects")
+    ranked = _singles(work, atoms, best)
+    for effect, starts in ranked[:SINGLES]:
+        for start in starts:
+            work.try_set([effect], [start], best)
+    single = min((t for n, t in work.trials.items() if len(n) == 1), key=lambda t: t.cost)
+    drop = max(drop, cost - single.cost)
+    if max(score, drop) > limit:
+        say("fitting pairs")
+        _pairs(work, atoms, ranked, single, effects)
+    return Found(work.trials, score, limit, drop, atoms)
+
+
+def _noise_path(
+    work: _Work, atoms: Atoms, noise: Noise, cost: float, residual: np.ndarray, limit: float
+) -> tuple[Noise, float]:
+    """Noise once the largest effects are taken off, linearly; and the first fall of -2 log likelihood."""
+    chosen: list[Group] = []
+    drop = 0.0
+    size = noise.sample
+    for step in range(MOST):
+        picks: dict[str, Group] = {}
+        for candidate in (noise, Noise(size, 1e-3 * size, noise.tau, noise.offset, noise.gain)):
+            small = reduced(sums(atoms, work.whiten(candidate)).total, atoms.count)
+            before = np.concatenate([g.columns for g in chosen]).astype(int) if chosen else np.zeros(0, int)
+            gains = [(solve(small, np.concatenate([before, g.columns]))[1], g) for g in atoms.groups]
+            gains.sort(key=lambda pair: -pair[0])
+            for _, group in gains[:12]:
+                if len(picks) < (3 if candidate is noise else 5):
+                    picks.setdefault(group.effect.name, group)
+        tried = []
+        for group in picks.values():
+            columns = np.concatenate([g.columns for g in (*chosen, group)])
+            rest = _without(work, atoms, columns, noise)
+            own, value = work.noise(rest, noise)
+            rest = _without(work, atoms, columns, own)
+            own, value = work.noise(rest, own)
+            tried.append((value, own, group))
+        value, own, group = min(tried, key=lambda item: item[0])
+        if step == 0:
+            drop = cost - value
+        if cost - value < max(limit, 20.0):
+            break
+        chosen.append(group)
+        noise, cost, size = own, value, own.sample
+    return noise, drop
+
+
+def _without(work: _Work, atoms: Atoms, columns: np.ndarray, noise: Noise) -> np.ndarray:
+    """(n, d) residual with atoms and nuisance fitted linearly under a noise."""
+    gram = sums(atoms, work.whiten(noise)).total
+    factors, _ = solve(reduced(gram, atoms.count), columns)
+    nuisance = np.arange(atoms.count, gram.shape[0] - 1)
+    right = gram[nuisance, -1] - gram[np.ix_(nuisance, columns)] @ factors
+    beta = np.linalg.lstsq(gram[np.ix_(nuisance, nuisance)], right, rcond=1e-12)[0]
+    taken = atoms.rows[:, :, columns] @ factors + atoms.rows[:, :, nuisance] @ beta
+    return np.asarray(atoms.rows[:, :, -1] - taken)
+
+
+def _singles(work: _Work, atoms: Atoms, noise: Noise) -> list[tuple[Effect, list[np.ndarray]]]:
+    """Effects by what their best group takes off left-out folds, and starts from their two best groups."""
+    found = sums(atoms, work.whiten(noise))
+    small = reduced(found.total, atoms.count)
+    by_effect: dict[str, list[tuple[float, Group, np.ndarray]]] = {}
+    for group in atoms.groups:
+        factors, gain = solve(small, group.columns)
+        by_effect.setdefault(group.effect.name, []).append((gain, group, factors))
+    ranked = []
+    for entries in by_effect.values():
+        entries.sort(key=lambda item: -item[0])
+        error = left_out(found, entries[0][1].columns).sum()
+        starts = [start_of(group, factors) for _, group, factors in entries[:2]]
+        ranked.append((float(error), entries[0][1].effect, starts))
+    ranked.sort(key=lambda item: item[0])
+    out = []
+    for place, (_, effect, starts) in enumerate(ranked):
+        out.append((effect, starts if place < 3 else starts[:1]))
+    return out
+
+
+def _pairs(
+    work: _Work,
+    atoms: Atoms,
+    ranked: Sequence[tuple[Effect, list[np.ndarray]]],
+    single: Trial,
+    effects: Sequence[Effect],
+) -> None:
+    """Pairs: the best on top of the best singles, and the best of all pairs of the screen; then swaps, a
+    third."""
+    noise = single.noise
+    for first in sorted((t for n, t in work.trials.items() if len(n) == 1), key=lambda t: t.cost)[:2]:
+        _extend(work, first, effects, 3)
+    found = sums(atoms, work.whiten(min(work.trials.values(), key=lambda t: t.cost).noise))
+    small = reduced(found.total, atoms.count)
+    best: dict[str, list[tuple[float, Group]]] = {}
+    for group in atoms.groups:
+        best.setdefault(group.effect.name, []).append((solve(small, group.columns)[1], group))
+    top = {name: [g for _, g in sorted(v, key=lambda i: -i[0])[:2]] for name, v in best.items()}
+    options = []
+    for a, b in combinations(top, 2):
+        for ga in top[a]:
+            for gb in top[b]:
+                factors, gain = solve(small, np.concatenate([ga.columns, gb.columns]))
+                if (factors[: len(ga.columns)] > 0).any() and (factors[len(ga.columns) :] > 0).any():
+                    options.append((gain, ga, gb, factors))
+    options.sort(key=lambda item: -item[0])
+    tried: set[tuple[str, str]] = set()
+    for _, ga, gb, factors in options:
+        key = (ga.effect.name, gb.effect.name)
+        if key in tried:
+            continue
+        tried.add(key)
+        k = len(ga.columns)
+        starts = [start_of(ga, factors[:k]), start_of(gb, factors[k:])]
+        work.try_set([ga.effect, gb.effect], starts, noise)
+        if len(tried) >= PAIRS - 3:
+            break
+    pairs = sorted((t for n, t in work.trials.items() if len(n) == 2), key=lambda t: t.cost)
+    if not pairs:
+        return
+    for name in pairs[0].names:
+        kept = tuple(n for n in pairs[0].names if n != name)
+        if kept in work.trials:
+            _extend(work, work.trials[kept], effects, 3)
+    best_pair = min((t for n, t in work.trials.items() if len(n) == 2), key=lambda t: t.cost)
+    if single.cost - best_pair.cost > 30.0:
+        _extend(work, best_pair, effects, 3)
+
+
+def _extend(work: _Work, trial: Trial, effects: Sequence[Effect], count: int) -> None:
+    """One effect more on top of a fitted set, whose own parameters give way in the screen."""
+    chain = trial.fit.chain
+    others = [e for e in effects if e.name not in trial.names]
+    atoms = make_atoms(chain, work.data, others)
+    slopes = theta_columns(chain, work.data)
+    rows = np.concatenate([atoms.rows[:, :, :-1], slopes, atoms.rows[:, :, -1:]], axis=2)
+    atoms = Atoms(atoms.groups, rows, atoms.count)
+    small = reduced(sums(atoms, work.whiten(trial.noise)).total, atoms.count)
+    best: dict[str, tuple[float, Group, np.ndarray]] = {}
+    for group in atoms.groups:
+        factors, gain = solve(small, group.columns)
+        name = group.effect.name
+        if name not in best or gain > best[name][0]:
+            best[name] = (gain, group, factors)
+    for _, group, factors in sorted(best.values(), key=lambda item: -item[0])[:count]:
+        names = tuple(sorted((*trial.names, group.effect.name)))
+        if any(tuple(sorted(n)) == names for n in work.trials):
+            continue
+        work.try_set([*chain.effects, group.effect], [*chain.thetas, start_of(group, factors)], trial.noise)
+
+
+def theta_columns(chain: Chain, data: Data, inside: bool = False) -> np.ndarray:
+    """(n, d, k) derivatives of the prediction to the effects' parameters; `inside`: but those at a bound."""
+    here = chain.response(data, chain.thetas, chain.base.values)
+    columns = []
+    for i, (effect, theta) in enumerate(zip(chain.effects, chain.thetas, strict=True)):
+        for k, parameter in enumerate(effect.parameters):
+            if inside and not parameter.low + 1e-6 < theta[k] < parameter.high - 1e-6:
+                continue
+            step = 1e-3 * max(abs(parameter.start), 0.02)
+            if theta[k] + step > parameter.high:
+                step = -step
+            moved = [t.copy() for t in chain.thetas]
+            moved[i][k] += step
+            columns.append(chain.gain * (chain.response(data, moved, chain.base.values) - here) / step)
+    if not columns:
+        return np.zeros((*here.shape, 0))
+    return np.stack(columns, axis=2)
+
+
+def predictive(trial: Trial, data: Data, whiten: Whitener) -> np.ndarray:
+    """(folds,) squared whitened errors of folds left out of the fit, by one Gauss-Newton step from it."""
+    chain = trial.fit.chain
+    plain = chain.response(data, chain.thetas, chain.base.values)
+    from fem_spa.loop.screen import base_columns
+
+    columns = np.concatenate([base_columns(chain, data, plain), theta_columns(chain, data, True)], axis=2)
+    residual = data.output - (chain.gain * plain + chain.offset)
+    turned = whiten(np.concatenate([columns, residual[:, :, None]], axis=2))
+    grams = []
+    for rows in folds(data):
+        flat = turned[rows].reshape(-1, turned.shape[2])
+        grams.append(flat.T @ flat)
+    total = np.sum(grams, axis=0)
+    errors = []
+    for gram in grams:
+        rest = total - gram
+        size = np.sqrt(np.maximum(np.diag(rest)[:-1], 1e-300))
+        inner = rest[:-1, :-1] / np.outer(size, size) + 1e-6 * np.eye(len(size))
+        move = np.linalg.solve(inner, rest[:-1, -1] / size) / size
+        v = np.concatenate([-move, [1.0]])
+        errors.append(float(v @ gram @ v))
+    return np.array(errors)
+
+
+__all__ = ["Found", "Trial", "linear_columns", "predictive", "search", "theta_columns"]
