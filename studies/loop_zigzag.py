@@ -46,9 +46,7 @@ def run(out: Path) -> int:
     held = [files[k] for k in np.linspace(1, len(files) - 2, HELD).round().astype(int)]
     report = diagnose(model, [f for f in files if f not in held], out / "diagnose", held)
     print(raw_words(measured, computed, shared))
-    print(
-    print(f"Shape, percent of FE; {len(files) - HELD} configurations train, {HELD} are held out:")
-    )
+    print(print(f"Shape, percent of FE; {len(files) - HELD} configurations train, {HELD} are held out:"))
     print(f"  {errors(report)}\n  {said(report)}")
     print(knee_words(measured))
     draw(measured, fe, out / "curves.png")
