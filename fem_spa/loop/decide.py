@@ -18,7 +18,7 @@ from fem_spa.loop.folds import by_records
 from fem_spa.loop.learner import Learned, learn
 from fem_spa.loop.noise import Noise, Whitener, fit_noise
 from fem_spa.loop.screen import base_columns
-from fem_spa.loop.search import Found, Trial, predictive
+from fem_spa.loop.search import FoldErrors, Found, Trial, fold_errors
 
 TOLERANCE = 0.05
 """Sets within this share of the best's explained error stay rivals: the true law is never the library's."""
@@ -37,12 +37,12 @@ class Scored:
     Attributes
     ----------
     share : of the predictable error that it explains
-    errors : (folds,) whitened
+    errors : whitened, by folds
     """
 
     trial: Trial
     share: float
-    errors: np.ndarray
+    errors: FoldErrors
 
 
 @dataclass(frozen=True)
@@ -84,12 +84,13 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     lead = min(found.trials.values(), key=lambda t: t.cost + 12.0 * len(t.names))
     learned, noise = _reference(chain, data, lead, level, runs)
     whiten = Whitener(data, noise, level, runs)
-    errors = {names: predictive(trial, data, whiten) for names, trial in found.trials.items()}
-    floor = min(_learned_floor(lead, learned, whiten), *(float(e.sum()) for e in errors.values()))
+    errors = {names: fold_errors(trial, data, whiten) for names, trial in found.trials.items()}
+    sizes = {names: _size(e) for names, e in errors.items()}
+    floor = min(_learned_floor(lead, learned, whiten), *sizes.values())
     base = errors[()]
-    span = max(float(base.sum()) - floor, 1e-12)
+    span = max(sizes[()] - floor, 1e-12)
     scored = [
-        Scored(trial, (float(base.sum()) - float(errors[names].sum())) / span, errors[names])
+        Scored(trial, (sizes[()] - sizes[names]) / span, errors[names])
         for names, trial in found.trials.items()
     ]
     scored.sort(key=lambda s: -_rank(s))
@@ -113,6 +114,11 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     return Decision(
         verdict, best.trial.names, rivals, scored, best.share, left, True, learned, noise, best, ()
     )
+
+
+def _size(errors: FoldErrors) -> float:
+    """Squared error of a fit, and what its parameters cost: each takes about two by chance alone."""
+    return float(errors.fitted.sum()) + 2.5 * errors.parameters
 
 
 def _rank(scored: Scored) -> float:
@@ -213,17 +219,16 @@ def _rivals(name: str, best: Scored, scored: Sequence[Scored], data: Data) -> li
 def _tolerance(best: Scored, rival: Scored) -> float:
     """How much less a rival may explain: more where the best leaves more, and what chance alone can do."""
     form = min(TOLERANCE, 0.01 + 2.0 * max(1.0 - best.share, 0.0))
-    per_unit = max(best.share, 0.1) / max(float(rival.errors.sum() - best.errors.sum()), 1e-9)
-    less = best.share - rival.share
-    chance = 12.0 * per_unit * less
-    return max(form, min(chance, TOLERANCE) if rival.errors.sum() - best.errors.sum() < 12.0 else form)
+    if _size(rival.errors) - _size(best.errors) < 12.0:
+        return 1.0
+    return form
 
 
-def gates(best: Scored, base: np.ndarray, data: Data, seed: int) -> tuple[str, ...]:
+def gates(best: Scored, base: FoldErrors, data: Data, seed: int) -> tuple[str, ...]:
     """What the set must pass besides its share; the reasons where it does not."""
     failed = []
-    better = base - best.errors
-    if by_records(data) and (better.sum() <= 0.0 or np.mean(better > 0.0) <= 0.5):
+    better = base.left_out - best.errors.left_out
+    if by_records(data) and np.mean(better > 0.0) < 0.5:
         failed.append("the error on left-out records does not fall in most of them")
     chain = best.trial.fit.chain
     for effect, theta in zip(chain.effects, chain.thetas, strict=True):

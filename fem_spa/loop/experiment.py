@@ -41,6 +41,7 @@ WHAT: dict[str, str] = {
 
 def profile(kind: str, top: float) -> np.ndarray:
     """(n, 2) time (s) and pressure (Pa) of a primitive; pressures up to `top`."""
+    points: list[tuple[float, float]]
     if kind in ("hold and recovery", "closed valve"):
         points = [(0, 0), (1, 0.5), (61, 0.5), (62, 1), (122, 1), (123, 0), (183, 0)]
     elif kind == "amplitude ladder":

@@ -109,7 +109,7 @@ def learn(
     d = residual.shape[1]
     columns, owners = basis(context)
     prediction = np.zeros_like(residual)
-    before_all, after_all, spread = 0.0, 0.0, dict.fromkeys(owners, 0.0)
+    spread = dict.fromkeys(owners, 0.0)
     groups = folds(data)
     parts = []
     for j in range(d):

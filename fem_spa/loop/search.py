@@ -14,7 +14,17 @@ from fem_spa.loop.effects.effect import Effect
 from fem_spa.loop.fit import Fit, fit, linear_columns
 from fem_spa.loop.folds import folds
 from fem_spa.loop.noise import Noise, Whitener, fit_noise
-from fem_spa.loop.screen import Atoms, Group, left_out, make_atoms, reduced, solve, start_of, sums
+from fem_spa.loop.screen import (
+    Atoms,
+    Group,
+    base_columns,
+    left_out,
+    make_atoms,
+    reduced,
+    solve,
+    start_of,
+    sums,
+)
 from fem_spa.loop.threshold import null_quantile, scores
 
 SINGLES, PAIRS, MOST = 9, 7, 3
@@ -276,12 +286,27 @@ def theta_columns(chain: Chain, data: Data, inside: bool = False) -> np.ndarray:
     return np.stack(columns, axis=2)
 
 
-def predictive(trial: Trial, data: Data, whiten: Whitener) -> np.ndarray:
-    """(folds,) squared whitened errors of folds left out of the fit, by one Gauss-Newton step from it."""
+@dataclass(frozen=True)
+class FoldErrors:
+    """Squared whitened errors of each fold.
+
+    Attributes
+    ----------
+    fitted : all folds fitted together
+    left_out : each fold predicted from the others
+    parameters : number of parameters fitted
+    """
+
+    fitted: np.ndarray
+    left_out: np.ndarray
+    parameters: int
+
+
+def fold_errors(trial: Trial, data: Data, whiten: Whitener) -> FoldErrors:
+    """Errors under the noise of `whiten`, by one Gauss-Newton step from the fit; parameters at bounds
+    stay."""
     chain = trial.fit.chain
     plain = chain.response(data, chain.thetas, chain.base.values)
-    from fem_spa.loop.screen import base_columns
-
     columns = np.concatenate([base_columns(chain, data, plain), theta_columns(chain, data, True)], axis=2)
     residual = data.output - (chain.gain * plain + chain.offset)
     turned = whiten(np.concatenate([columns, residual[:, :, None]], axis=2))
@@ -290,15 +315,20 @@ def predictive(trial: Trial, data: Data, whiten: Whitener) -> np.ndarray:
         flat = turned[rows].reshape(-1, turned.shape[2])
         grams.append(flat.T @ flat)
     total = np.sum(grams, axis=0)
-    errors = []
-    for gram in grams:
-        rest = total - gram
-        size = np.sqrt(np.maximum(np.diag(rest)[:-1], 1e-300))
-        inner = rest[:-1, :-1] / np.outer(size, size) + 1e-6 * np.eye(len(size))
-        move = np.linalg.solve(inner, rest[:-1, -1] / size) / size
-        v = np.concatenate([-move, [1.0]])
-        errors.append(float(v @ gram @ v))
-    return np.array(errors)
+    whole = _step(total)
+    fitted = np.array([whole @ gram @ whole for gram in grams])
+    left = [_step(total - gram) for gram in grams]
+    return FoldErrors(
+        fitted, np.array([v @ gram @ v for v, gram in zip(left, grams, strict=True)]), columns.shape[2]
+    )
 
 
-__all__ = ["Found", "Trial", "linear_columns", "predictive", "search", "theta_columns"]
+def _step(gram: np.ndarray) -> np.ndarray:
+    """(-move, 1) of the Gauss-Newton step for sums of squares of (columns, residual)."""
+    size = np.sqrt(np.maximum(np.diag(gram)[:-1], 1e-300))
+    inner = gram[:-1, :-1] / np.outer(size, size) + 1e-6 * np.eye(len(size))
+    move = np.linalg.solve(inner, gram[:-1, -1] / size) / size
+    return np.concatenate([-move, [1.0]])
+
+
+__all__ = ["FoldErrors", "Found", "Trial", "fold_errors", "linear_columns", "search", "theta_columns"]

@@ -93,7 +93,7 @@ def periodic(context: Context, residual: np.ndarray) -> float | None:
 SENTENCE = {
     "attributed": "The records are consistent with {effects} that the model lacks.",
     "ambiguous": "The records are consistent with {effects}, but as well with {rivals}.",
-    "unexplained": "Something predictable is missing from the model; no effect of the library accounts for it.",
+    "unexplained": "Something predictable is missing; no effect of the library accounts for it.",
     "none": "Nothing beyond noise: the model, refitted, explains these records.",
     "insufficient": "These records cannot tell: {why}.",
 }
