@@ -41,6 +41,8 @@ from fem_spa.units import brief
 
 UNITS = {"angle": "deg", "displacement": "mm", "force": "N", "x": "mm", "y": "mm", "z": "mm"}
 """Outputs of records and the unit shown."""
+INNER = {"torque": "N*m"}
+"""What models hold as curves besides."""
 KEYS = ("file", "output", "columns", "rows")
 _CELL = re.compile(r"\s*(.*?)\s*(?:\[(.*)\])?\s*")
 
@@ -116,7 +118,7 @@ def read(table: Mapping[str, Any], where: Path) -> Curve:
         source = path.name
     elif "columns" in table and "rows" in table:
         columns, source = [str(cell) for cell in table["columns"]], "the model file"
-        rows = _array(table["rows"], columns)
+        rows = rows_of(table["rows"], columns)
     else:
         raise InputError("given no model.file: a CSV with `pressure [kPa]` and an output column is needed")
     curve = from_columns(columns, rows, name, source)
@@ -124,7 +126,8 @@ def read(table: Mapping[str, Any], where: Path) -> Curve:
     return replace(curve, parameters=read_parameters(table, curve.parameters), valid=valid)
 
 
-def _array(rows: Any, columns: list[str]) -> np.ndarray:
+def rows_of(rows: Any, columns: list[str]) -> np.ndarray:
+    """Rows of a table in a model file, (n, columns); InputError where they are no numbers."""
     try:
         values = np.array(rows, float)
     except (TypeError, ValueError):
@@ -211,8 +214,9 @@ def _outputs(found: Mapping[str, tuple[np.ndarray, str]], source: str) -> dict[s
     result = {}
     for word, (values, unit) in found.items():
         name = word.removeprefix("tip ")
-        if name in UNITS and name not in result:
-            result[name] = _in_si(values, unit, UNITS[name], word, source)
+        known = (UNITS | INNER).get(name)
+        if known is not None and name not in result:
+            result[name] = _in_si(values, unit, known, word, source)
     return result
 
 
@@ -247,7 +251,7 @@ def from_points(pressure: np.ndarray, values: np.ndarray, name: str, source: str
     points = points[np.argsort(points[:, 0])]
     if len(points) < 2:
         raise InputError(f"given {source or 'a curve'}: two rows of different pressure are needed at least")
-    unit = UNITS[name]
+    unit = (UNITS | INNER)[name]
     parameters = {
         "gain": Parameter(1.0, "", 1e-3, 1e3),
         "offset": Parameter(0.0, unit, -1e3 * factor(unit), 1e3 * factor(unit)),

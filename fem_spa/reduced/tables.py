@@ -27,7 +27,18 @@ COMMON = ("kind", "intervals", "sources", "valid")
 
 _FACTORS = {
     "": 1.0,
-    **{"m": 1.0, "mm": 1e-3, "deg": math.pi / 180, "rad": 1.0, "N": 1.0, "s": 1.0, "kPa": 1e3, "Pa": 1.0},
+    **{
+        "N*m*s/rad": 1.0,
+        "g": 1e-3,
+        "m": 1.0,
+        "mm": 1e-3,
+        "deg": math.pi / 180,
+        "rad": 1.0,
+        "N": 1.0,
+        "s": 1.0,
+        "kPa": 1e3,
+        "Pa": 1.0,
+    },
     **{"kPa/mm": 1e6, "kPa*s/mm": 1e6, "mm/kPa": 1e-6, "N*m/rad": 1.0, "N*m": 1.0, "kg": 1.0, "1/s": 1.0},
 }
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
