@@ -24,6 +24,7 @@ KINDS: dict[str, str] = {
     "chain": "fem_spa.reduced.chain",
     "rod": "fem_spa.reduced.rod",
     "pneunet": "fem_spa.reduced.finger",
+    "segments": "fem_spa.reduced.segments",
 }
 
 
