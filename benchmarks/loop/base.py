@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.interpolate import Akima1DInterpolator
 
 from benchmarks.loop.session import Line
 
@@ -26,6 +27,7 @@ class Base:
     shape : two numbers of the family
     gain, offset : true output = gain * curve + offset, which the program must refit
     springs : k1, k2 (Pa/m), eta1, eta2 (Pa s/m) of a Kelvin-Voigt base, else empty
+    table : (n, 2) Pa, rad of a curve that was given, from FE say; else None. Linear beyond its end.
     """
 
     family: str
@@ -36,6 +38,7 @@ class Base:
     gain: float
     offset: float
     springs: tuple[float, ...] = field(default=())
+    table: np.ndarray | None = field(default=None)
 
     @property
     def output(self) -> str:
@@ -43,9 +46,19 @@ class Base:
 
     def curve(self, pressure: np.ndarray) -> np.ndarray:
         """Static map as the program is given it, (n,) rad; odd below zero pressure."""
+        if self.table is not None:
+            return self._between(pressure)
         x = np.abs(pressure) / self.top
         a, b = self.shape
         return np.sign(pressure) * self.span * _FORMS[self.family](x, a, b) / _FORMS[self.family](1.0, a, b)
+
+    def _between(self, pressure: np.ndarray) -> np.ndarray:
+        """The given curve: Akima's piecewise cubic through its points."""
+        assert self.table is not None
+        p, y = self.table.T
+        inside = np.asarray(Akima1DInterpolator(p, y)(np.clip(pressure, p[0], p[-1])))
+        slope = (y[-1] - y[-2]) / (p[-1] - p[-2])
+        return inside + slope * np.maximum(pressure - p[-1], 0) + y[1] / p[1] * np.minimum(pressure - p[0], 0)
 
     def static(self, pressure: np.ndarray) -> np.ndarray:
         """The true static output of a pressure, (n,)."""

@@ -151,14 +151,20 @@ def possible(physics: Physics, protocol: str, kind: str) -> bool:
 
 
 def draw_case(
-    tier: str, number: int, seed: int, protocol: str | None = None, among: Collection[str] = ()
+    tier: str,
+    number: int,
+    seed: int,
+    protocol: str | None = None,
+    among: Collection[str] = (),
+    base: Base | None = None,
 ) -> Case:
-    """Case `number` of a tier; same numbers, same case. `among`: effects it may have."""
+    """Case `number` of a tier; same numbers, same case. `among`: effects it may have; `base`: if given."""
     rng = np.random.default_rng([seed, number, TIERS.index(tier)])
     kind = "kelvin-voigt" if tier in ("null", "single") and rng.random() < 0.12 else "curve"
     usual = PROTOCOLS[3:] if tier == "placebo" else PROTOCOLS
     protocol = protocol or usual[number % len(usual)]
-    base = draw_base(rng, kind)
+    kind = "curve" if base is not None else kind
+    base = base or draw_base(rng, kind)
     faults: tuple[str, ...] = ()
     if tier == "distractor":
         faults = tuple(str(f) for f in rng.choice(FAULTS, size=int(rng.integers(1, 4)), replace=False))

@@ -93,15 +93,16 @@ def head(rows: Sequence[Row]) -> str:
     failed = [row for row in rows if row["status"] != "0"]
     return f"""# The loop, tested blind
 
-Written by `python -m benchmarks.loop page` on {today}; {platform.machine()}, {os.cpu_count()} cores, shared with
-other work, one thread a case.
+Written by `python -m benchmarks.loop page` on {today}; {platform.machine()}, {os.cpu_count()} cores, shared
+with other work, one thread a case.
 
-The records come from `benchmarks/loop`, a generator that shares no code and no functional form with the library
-of effects: relays and a Duhem equation for hysteresis, power laws and Eyring flow for creep, orifices for
-pressure lag, a heavy chain of links for gravity, tables for softening, and so on. The size of an effect is what
-the refitted base model leaves of it, RMS as a share of the span. Each record has white and AR(1) noise and an
-offset and a gain of its own. The program is given the base model and the records, by files, and is run as a user
-runs it. Half of the cases name their held-out records, in the others the program chooses.
+The records come from `benchmarks/loop`, a generator that shares no code and no functional form with the
+library of effects: relays and a Duhem equation for hysteresis, power laws and Eyring flow for creep,
+orifices for pressure lag, a heavy chain of links for gravity, tables for softening, and so on. The size
+of an effect is what the refitted base model leaves of it, RMS as a share of the span. Each record has
+white and AR(1) noise and an offset and a gain of its own. The program is given the base model and the
+records, by files, and is run as a user runs it. Half of the cases name their held-out records, in the
+others the program chooses.
 
 Cases: {len(rows)} ({told}); {len(failed)} did not end with status 0. Brackets: k of n; 95 % interval.
 Seeds of this page were not looked at while the program was made."""
