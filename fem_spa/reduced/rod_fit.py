@@ -94,7 +94,7 @@ def fit_rod(
     missing = [n for n in names if n not in model.parameters]
     if missing:
         raise InputError(f"given {missing[0]}: the rod has no such parameter")
-    run = _Residual(model, records, names)
+    run = _Residual(model, records, bounds)
     low, high = (run.inner(np.array([bounds[n][end] for n in names])) for end in (0, 1))
     begin = {n: p.value for n, p in model.parameters.items()} | dict(start or {})
     x = np.clip(run.inner(np.maximum([begin[n] for n in names], 1e-300)), low, high)
@@ -137,8 +137,15 @@ def fit_rod(
 class _Residual:
     """Errors of all records, weighted as in (35), over the inner variables (logarithms of rates)."""
 
-    def __init__(self, model: Rod, records: Sequence[tuple[Drive, np.ndarray]], names: list[str]) -> None:
+    def __init__(
+        self,
+        model: Rod,
+        records: Sequence[tuple[Drive, np.ndarray]],
+        bounds: Mapping[str, tuple[float, float]],
+    ) -> None:
+        names = list(bounds)
         self.model, self.records, self.names = model, records, names
+        self.ends = np.array([bounds[n] for n in names]).T
         self.log = np.array([n in RATES for n in names])
         self.runs = 0
 
@@ -146,7 +153,7 @@ class _Residual:
         return np.where(self.log, np.log(np.maximum(values, 1e-300)), values)
 
     def outer(self, x: np.ndarray) -> np.ndarray:
-        return np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x)
+        return np.clip(np.where(self.log, np.exp(np.where(self.log, x, 0.0)), x), *self.ends)
 
     def errors(self, x: np.ndarray) -> list[np.ndarray]:
         self.runs += 1
