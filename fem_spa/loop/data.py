@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -74,6 +75,28 @@ class Data:
         for run in self.runs:
             mask[run.part] = run.train
         return mask
+
+    @cached_property
+    def step(self) -> float | None:
+        """s between rows, where it is the same in all records."""
+        steps = {run.step for run in self.runs}
+        low, high = min(steps), max(steps)
+        return low if high - low < 1e-9 * high else None
+
+    @cached_property
+    def table(self) -> np.ndarray:
+        """(runs, longest) rows of each record; a shorter one goes on with its last row."""
+        longest = max(run.part.stop - run.part.start for run in self.runs)
+        return np.stack(
+            [np.minimum(run.part.start + np.arange(longest), run.part.stop - 1) for run in self.runs]
+        )
+
+    @cached_property
+    def place(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n,), (n,) record and place in it of each row: where a row stands in `table`."""
+        record = np.concatenate([np.full(r.part.stop - r.part.start, i) for i, r in enumerate(self.runs)])
+        inside = np.concatenate([np.arange(r.part.stop - r.part.start) for r in self.runs])
+        return record, inside
 
     @property
     def longest(self) -> float:

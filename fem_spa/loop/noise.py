@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize
@@ -95,20 +96,34 @@ class Whitener:
         """(n, d, k) or (n, d): whitened."""
         flat = rows.reshape(rows.shape[0], rows.shape[1], -1)
         out = np.zeros_like(flat)
+        together = self._together(flat) if self.data.step is not None else None
         for index in self.runs:
-            run = self.data.runs[index]
-            out[run.part] = self._run(index, flat[run.part])
+            part = self.data.runs[index].part
+            turned = self._filtered(index, flat[part]) if together is None else together[part]
+            basis, shrink = self._records[index]
+            if basis is not None:
+                n, d, k = turned.shape
+                line = turned.reshape(n * d, k)
+                turned = (line + basis @ (shrink @ (basis.T @ line))).reshape(n, d, k)
+            out[part] = turned
         return out.reshape(rows.shape)
 
-    def _run(self, index: int, rows: np.ndarray) -> np.ndarray:
-        turned = self._filtered(index, rows)
-        basis, shrink = self._record(index)
-        if basis is None:
-            return turned
-        n, d, k = turned.shape
-        flat = turned.reshape(n * d, k)
-        flat = flat + basis @ (shrink @ (basis.T @ flat))
-        return flat.reshape(n, d, k)
+    def _together(self, rows: np.ndarray) -> np.ndarray:
+        """(n, d, k) of all records through the innovations filter in one call."""
+        assert self.data.step is not None
+        f = _filter(self.noise, self.data.step)
+        table = self.data.table
+        found = lfilter(f.b, f.a, rows[table], axis=1) * f.scale
+        record, inside = self.data.place
+        out = found[record, inside]
+        first = table[:, 0]
+        out[first] = rows[first] * f.first
+        out[~self.data.known] = 0.0
+        return np.asarray(out)
+
+    @cached_property
+    def _records(self) -> dict[int, tuple[np.ndarray | None, np.ndarray]]:
+        return {index: self._record(index) for index in self.runs}
 
     def _filtered(self, index: int, rows: np.ndarray) -> np.ndarray:
         """(n, d, k) through the innovations filter."""
@@ -151,7 +166,7 @@ class Whitener:
         turned."""
         found = []
         for index in self.runs:
-            basis, _ = self._record(index)
+            basis, _ = self._records[index]
             if basis is not None:
                 found.append(basis)
         return found
@@ -159,11 +174,22 @@ class Whitener:
     def cost(self, residual: np.ndarray) -> float:
         """-2 log likelihood of an (n, d) residual; the record's part by Woodbury's formula."""
         total, d = 0.0, residual.shape[1]
+        together = None
+        if self.data.step is not None:
+            parts = [np.zeros((len(residual), d, 0))]
+            if self.noise.offset > 0.0:
+                parts.append(np.broadcast_to(np.eye(d), (len(residual), d, d)))
+            if self.noise.gain > 0.0:
+                parts.append(self.response[:, :, None])
+            together = self._together(np.concatenate([residual[:, :, None], *parts], axis=2))
         for index in self.runs:
             part = self.data.runs[index].part
             known = int(np.sum(self.data.known[part]))
             columns, variances = self._columns(index)
-            turned = self._filtered(index, np.stack([residual[part], *columns], axis=2))
+            if together is None:
+                turned = self._filtered(index, np.stack([residual[part], *columns], axis=2))
+            else:
+                turned = together[part]
             flat = turned.reshape(-1, turned.shape[2])
             gram = flat.T @ flat
             total += gram[0, 0] - 2.0 * d * known * math.log(
@@ -237,9 +263,9 @@ def fit_noise(
         x0[:n],
         method="Nelder-Mead",
         options={
-            "maxfev": 130 if start is None else 70,
-            "xatol": 0.05,
-            "fatol": 0.5,
+            "maxfev": 110 if start is None else 45,
+            "xatol": 0.08,
+            "fatol": 1.0,
             "initial_simplex": np.vstack([x0[:n], x0[:n] + np.diag(np.full(n, 0.7))]),
         },
     )

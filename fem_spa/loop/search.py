@@ -151,10 +151,10 @@ def _noise_path(
             columns = np.concatenate([g.columns for g in (*chosen, group)])
             rest = _without(work, atoms, columns, noise)
             own, value = work.noise(rest, noise)
-            rest = _without(work, atoms, columns, own)
-            own, value = work.noise(rest, own)
             tried.append((value, own, group))
         value, own, group = min(tried, key=lambda item: item[0])
+        rest = _without(work, atoms, np.concatenate([g.columns for g in (*chosen, group)]), own)
+        own, value = work.noise(rest, own)
         if step == 0:
             drop = cost - value
         if cost - value < max(limit, 20.0):
