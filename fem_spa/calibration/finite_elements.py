@@ -59,6 +59,7 @@ def calibrate_deck(
     say: Callable[[str], None] = lambda text: None,
     observers: Sequence[Observer] = (),
     source: str = "",
+    output: str | None = None,
 ) -> tuple[Numbers, dict[str, float], Outcome, Response]:
     """Fit numbers of a deck to records.
 
@@ -69,6 +70,7 @@ def calibrate_deck(
     vary : `materials.body.C10`, `materials.body.scale`, `layers.paper.modulus`, `walls.scale`,
         `geometry.LENGTH`, `offset`
     observers : of every FE run
+    output : the one output that is compared; default angle, displacement, or x, y, z of the tip
 
     Returns
     -------
@@ -81,7 +83,7 @@ def calibrate_deck(
     """
     found = numbers(deck, vary)
     both = [*train, *held]
-    outputs = _outputs(both, found)
+    outputs = _outputs(both, found, output)
     chosen = design(found.setup.problem.mesh.cavities, both)
     scale = 1.0 / max(span_of(train, outputs), 1e-300)
     work = _Work(found, train, chosen, outputs, np.full(len(outputs), scale), observers, say)
@@ -124,10 +126,14 @@ def calibrate_deck(
     return found, values, outcome, response
 
 
-def _outputs(runs: Sequence[Run], found: Numbers) -> tuple[str, ...]:
+def _outputs(runs: Sequence[Run], found: Numbers, wanted: str | None = None) -> tuple[str, ...]:
     """What is fitted: angle where all runs have it, else displacement, else the tip's x, y, z, else force."""
     common = set.intersection(*[set(run.outputs) for run in runs])
     problem = found.setup.problem
+    if wanted is not None:
+        if wanted not in common:
+            raise InputError(f"given --output {wanted}: the records have {', '.join(sorted(common))}")
+        return (wanted,)
     if "force" in common and (problem.blocked or problem.loads.tip_displacement is not None):
         return ("force",)
     for choice in (("angle",), ("displacement",), ("x", "y", "z")):

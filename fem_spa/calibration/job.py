@@ -30,6 +30,7 @@ class Job:
     vary: tuple[str, ...]
     overrides: tuple[str, ...] = ()
     seed: int = 0
+    output: str | None = None
 
 
 def run_job(
@@ -89,7 +90,7 @@ def _model(
     if job.overrides:
         raise InputError("given --set with a model file: it changes decks; edit the model file instead")
     model = read_model(job.given)
-    fitted, outcome = calibrate(model, train, held, job.vary, say)
+    fitted, outcome = calibrate(model, train, held, job.vary, say, output=job.output)
     return outcome, toml_text(model_table(fitted, outcome)), None
 
 
@@ -106,7 +107,7 @@ def _deck(
     from fem_spa.output.toml import to_toml
 
     deck = read_deck(job.given, job.overrides)
-    found, values, outcome, _ = calibrate_deck(deck, train, held, job.vary, say, observers)
+    found, values, outcome, _ = calibrate_deck(deck, train, held, job.vary, say, observers, output=job.output)
     mesh = (lambda path: moved_mesh(found, values, path)) if found.mode is not None else None
     low, high = outcome.valid.low, outcome.valid.high
     error = outcome.valid.error

@@ -48,6 +48,7 @@ def calibrate(
     vary: Sequence[str],
     say: Callable[[str], None] = lambda text: None,
     source: str = "",
+    output: str | None = None,
 ) -> tuple[ReducedModel, Outcome]:
     """Fit parameters of a reduced model.
 
@@ -57,6 +58,7 @@ def calibrate(
     vary : names of parameters
     say : told of the progress
     source : what the data are, for the range kept with the model; default the files' names
+    output : the one output that is compared; default: see `shared_outputs`
 
     Returns
     -------
@@ -73,7 +75,7 @@ def calibrate(
 
             there = nearest(name, model.parameters)
             raise InputError(f"given --vary {name}: kind '{model.kind}' has no such parameter{there}")
-    outputs = shared_outputs(model, [*train, *held])
+    outputs = shared_outputs(model, [*train, *held], output)
     _check(model, [*train, *held])
     count = [0]
 
@@ -154,16 +156,21 @@ def measured(run: Run, outputs: Sequence[str]) -> np.ndarray:
     return np.column_stack([run.outputs[name][run.use] for name in outputs])
 
 
-def shared_outputs(model: ReducedModel, runs: Sequence[Run]) -> tuple[str, ...]:
-    """Outputs that the model gives and every run has."""
+def shared_outputs(model: ReducedModel, runs: Sequence[Run], wanted: str | None = None) -> tuple[str, ...]:
+    """What is compared: `wanted`, else x, y, z of a model that gives no more, else the first shared one."""
     names = [o.name for o in model.outputs]
     shared = tuple(name for name in names if all(name in run.outputs for run in runs))
+    if wanted is not None:
+        if wanted not in shared:
+            there = ", ".join(shared) or "none"
+            raise InputError(f"given --output {wanted}: model and records share {there}")
+        return (wanted,)
     if not shared:
         have = ", ".join(sorted(set.intersection(*[set(run.outputs) for run in runs]))) or "nothing in common"
         raise InputError(
             f"kind '{model.kind}' gives {', '.join(names)}, the records have {have}: there is nothing to fit"
         )
-    return shared
+    return shared if set(names) <= set("xyz") else shared[:1]
 
 
 def _check(model: ReducedModel, runs: Sequence[Run]) -> None:

@@ -37,6 +37,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", metavar="KEY=VALUE", action="append", default=[], help="replace a value of the deck first"
     )
+    parser.add_argument(
+        "--output", metavar="NAME", help="compare this output only (default: the first that both have)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="chooses what is held out (default 0)")
     parser.add_argument(
         "--out", metavar="DIR", help="folder of the results (default: out/<name of the deck>)"
@@ -67,6 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
         tuple(vary),
         tuple(arguments.set),
         arguments.seed,
+        arguments.output,
     )
     terminal = sys.stderr.isatty()
     with Progress(quiet=not terminal) as progress:
