@@ -108,14 +108,19 @@ class Chain:
 
             start = turns(links, np.zeros((1, links.mass.size)), gravity)[0]
             return motion(links, time, self.torques(pressure), start, gravity, self.hysteresis)[0]
-        if self.hysteresis is None and self.chambers == 1:
-            scale, pattern = self.actuators[0].torque.at(pressure[:, 0]), self.actuators[0].pattern()
-            return along(links, scale, pattern, gravity)
         torque = self.torques(pressure)
         if self.hysteresis is not None:
             torque = self._yielding(time, torque)
         if gravity == 0j:
             return turns(links, torque, gravity)
+        row, column = np.unravel_index(np.argmax(np.abs(torque)), torque.shape)
+        if torque[row, column] == 0.0:
+            return np.repeat(turns(links, torque[:1], gravity), len(torque), axis=0)
+        pattern = torque[row] / torque[row, column]
+        if np.allclose(
+            torque, torque[:, column, None] * pattern, rtol=0, atol=1e-12 * abs(torque[row, column])
+        ):
+            return along(links, torque[:, column], pattern, gravity)
         rows, back = np.unique(np.round(torque, 12), axis=0, return_inverse=True)
         return turns(links, rows, gravity)[back.reshape(-1)]
 

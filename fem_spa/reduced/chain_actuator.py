@@ -46,8 +46,9 @@ class Actuator:
         if self.segments < 1:
             raise InputError(f"given {self.segments} segments; at least 1 is needed")
         if not self.layer or set(self.layer) - {"0", "1"}:
-            raise
-            InputError(f"given '{self.layer}' for the layer: 0 and 1 are needed, '1' a whole layer, '0' none")
+            raise InputError(
+                f"given '{self.layer}' for the layer: '1' is a whole one, '0' none, '101' pieces"
+            )
         if self.torques is not None and len(self.torques) != self.segments + 1:
             raise InputError(
                 f"given {len(self.torques)} torques: {self.segments} segments have {self.segments + 1} folds"

@@ -53,7 +53,7 @@ def model_text(links: Links, gravity: complex, step: float, implicit: bool) -> s
 
 def time_step(links: Links) -> tuple[float, bool]:
     """s, and whether the implicit integrator is to be used."""
-    resolved = 0.2 / highest_rate(links)
+    resolved = 0.1 / highest_rate(links)
     damped = links.damping > 0
     if not np.all(damped):
         return min(resolved, LONGEST), False

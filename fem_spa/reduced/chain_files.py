@@ -62,7 +62,7 @@ def _one(table: Mapping[str, Any], where: Path) -> Chain:
     layer = table.get("layer", PRESETS[preset])
     if not isinstance(layer, str):
         raise InputError(f"given {brief(layer)} for model.layer: a pattern such as '1' or '10101' is needed")
-    chain = actuator(assumed_extension(), layer, segments)
+    chain = actuator(assumed_extension(1.0), layer, segments)
     chain = replace(chain, parameters=read_parameters(table, chain.parameters))
     torques = None
     if "torques" in table:
@@ -74,8 +74,9 @@ def _one(table: Mapping[str, Any], where: Path) -> Chain:
     if "torque" in table:
         torque = _curve(table["torque"], where, "torque")
     else:
-        extension = _curve(table["extension"], where, "displacement") if "extension" in table else None
-        torque = torque_map(chain, assumed_extension() if extension is None else extension)
+        given = "extension" in table
+        extension = _curve(table["extension"], where, "displacement") if given else _usual(chain)
+        torque = torque_map(chain, extension)
     part = replace(chain.actuators[0], torque=torque)
     return replace(chain, actuators=(part,), valid=read_valid(table, OUTPUTS) or torque.valid)
 
@@ -111,11 +112,22 @@ def _curve(given: Any, where: Path, name: str) -> Curve:
     return from_columns(columns, rows, name, source)
 
 
-def assumed_extension() -> Curve:
-    """Extension over pressure of the paper's linear actuator: 40 mm at 350 kPa, straight in between."""
+def assumed_extension(scale: float) -> Curve:
+    """Extension over pressure of the paper's linear actuator: 40 mm at 350 kPa, straight in between;
+    times `scale`."""
     share = np.linspace(0.0, 1.0, 15)
     pressure, reach = chain_actuator.REACH
-    return from_points(pressure * share, reach * share, "displacement", "zig-zag paper, Table I; straight")
+    return from_points(
+        pressure * share, scale * reach * share, "displacement", "zig-zag paper, Table I; straight"
+    )
+
+
+def _usual(chain: Chain) -> Curve:
+    """The paper's extension, in the proportion of this chain's folded length to the paper's."""
+    values, paper = chain.values(0), chain_actuator.parameters("")
+    folded = chain.actuators[0].segments * values["length"] * np.sin(values["fold"])
+    usual = chain_actuator.SEGMENTS * paper["length"].value * np.sin(paper["fold"].value)
+    return assumed_extension(float(folded / usual))
 
 
 def torque_map(chain: Chain, extension: Curve) -> Curve:
