@@ -1,41 +1,53 @@
-"""Any valid sizes give a sound mesh: random parameters, small shapes."""
+"""Any valid sizes give a sound mesh: small shapes at random, three element sizes; others are refused."""
 
+import dataclasses
 import math
+import subprocess
+import sys
 
 import hypothesis.strategies as st
-from hypothesis import HealthCheck, Phase, assume, given, settings
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
 
 import geometry
 from geometry import GeometryError
+from geometry.parameters import parameters
 
-FEW = settings(
-    max_examples=5,
-    phases=(Phase.explicit, Phase.generate),  # shrinking would mesh for minutes
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
-)
+FINENESS = (0.7, 1.0, 1.6)
+"""Every draw is meshed at one of these times its element size."""
+
+
+def draws(count):
+    return settings(
+        max_examples=count,
+        phases=(Phase.explicit, Phase.generate),  # shrinking would mesh for minutes
+        deadline=None,
+        derandomize=True,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
+    )
 
 
 def mm(low, high):
     return st.floats(low, high).map(lambda x: round(x, 3) * 1e-3)
 
 
-def sound(shape, size):
-    """Mesh a shape, or check that its refusal came from `validate`; the mesh has passed all checks then."""
+def valid(shape):
     try:
         shape.validate()
     except GeometryError:
-        assume(False)
+        return False
+    return True
+
+
+def sound(shape, size):
+    """Mesh a valid shape; the mesh has passed all checks of geometry.checks then, and no group is lost."""
     mesh = shape.mesh(size)
     assert set(mesh.surfaces) == set(shape.surface_names())
     assert set(mesh.volumes) == set(shape.volume_names())
 
 
-@FEW
-@given(data=st.data())
-def test_pneunet(data):
-    draw = data.draw
+@st.composite
+def pneunet(draw):
     inner, wall, top = draw(mm(6, 20)), draw(mm(0.8, 3)), draw(mm(0.8, 3))
     fast_inner, fast_wall = draw(mm(6, 20)), draw(mm(0.8, 3))
     pitch = draw(mm(5, 12))
@@ -61,13 +73,11 @@ def test_pneunet(data):
         upper_layer=draw(mm(0.5, 3)),
         half=draw(st.booleans()),
     )
-    sound(shape, draw(mm(2.5, 6)))
+    return shape, draw(mm(2.5, 6))
 
 
-@FEW
-@given(data=st.data())
-def test_zigzag(data):
-    draw = data.draw
+@st.composite
+def zigzag(draw):
     fold, height = draw(st.floats(0.5, 1.4)), draw(mm(6, 20))
     shape = geometry.SHAPES["zigzag"](
         chambers=draw(st.integers(1, 5)),
@@ -80,13 +90,11 @@ def test_zigzag(data):
         layer_pattern=draw(st.sampled_from(["1", "10", "101", "0110"])),
         half=draw(st.booleans()),
     )
-    sound(shape, draw(mm(2, 6)))
+    return shape, draw(mm(2, 6))
 
 
-@FEW
-@given(data=st.data())
-def test_bellow(data):
-    draw = data.draw
+@st.composite
+def bellow(draw):
     outer = draw(mm(8, 20))
     count = draw(st.integers(1, 4))
     shape = geometry.SHAPES["bellow"](
@@ -101,13 +109,11 @@ def test_bellow(data):
         soft_layer=draw(st.booleans()),
         share=draw(st.sampled_from([1, 2, 4])),
     )
-    sound(shape, draw(mm(1.5, 4)))
+    return shape, draw(mm(1.5, 4))
 
 
-@FEW
-@given(data=st.data())
-def test_tripod(data):
-    draw = data.draw
+@st.composite
+def tripod(draw):
     shape = geometry.SHAPES["tripod"](
         chambers=draw(st.integers(1, 2)),
         chamber_length=draw(mm(5, 12)),
@@ -122,13 +128,11 @@ def test_tripod(data):
         outer_wall=draw(mm(0.8, 3)),
         half=draw(st.booleans()),
     )
-    sound(shape, draw(mm(4, 8)))
+    return shape, draw(mm(4, 8))
 
 
-@FEW
-@given(data=st.data())
-def test_arm_segment(data):
-    draw = data.draw
+@st.composite
+def arm_segment(draw):
     outer = draw(mm(5, 9))
     shape = geometry.SHAPES["arm-segment"](
         radius=draw(mm(29, 34)),
@@ -140,19 +144,105 @@ def test_arm_segment(data):
         ring_bore=draw(mm(4, 10)),
         half=draw(st.booleans()),
     )
-    sound(shape, draw(mm(5, 9)))
+    return shape, draw(mm(5, 9))
 
 
-@FEW
-@given(inner=mm(2, 30), ratio=st.floats(1.02, 4), share=st.sampled_from([1, 2, 4, 8]))
-def test_ball(inner, ratio, share):
-    sound(geometry.SHAPES["ball"](inner_radius=inner, outer_radius=inner * ratio, share=share), inner / 3)
+@st.composite
+def ball(draw):
+    inner = draw(mm(2, 30))
+    outer = inner * draw(st.floats(1.02, 4))
+    share = draw(st.sampled_from([1, 2, 4, 8]))
+    return geometry.SHAPES["ball"](inner_radius=inner, outer_radius=outer, share=share), outer / 6
 
 
-@FEW
-@given(inner=mm(2, 10), wall=mm(0.5, 5), long=mm(15, 40), share=st.sampled_from([1, 2, 4]))
-def test_tube(inner, wall, long, share):
+@st.composite
+def tube(draw):
+    inner = draw(mm(2, 10))
     shape = geometry.SHAPES["tube"](
-        inner_radius=inner, outer_radius=inner + wall, tube_length=long, share=share
+        inner_radius=inner,
+        outer_radius=inner + draw(mm(0.5, 5)),
+        tube_length=draw(mm(15, 40)),
+        share=draw(st.sampled_from([1, 2, 4])),
     )
-    sound(shape, 4e-3)
+    return shape, 4e-3
+
+
+DRAWN = {
+    "pneunet": pneunet(),
+    "zigzag": zigzag(),
+    "bellow": bellow(),
+    "tripod": tripod(),
+    "arm-segment": arm_segment(),
+    "tube": tube(),
+    "ball": ball(),
+}
+
+
+def mesh_random(name, count):
+    @draws(count)
+    @given(drawn=DRAWN[name].filter(lambda drawn: valid(drawn[0])), fineness=st.sampled_from(FINENESS))
+    def check(drawn, fineness):
+        shape, size = drawn
+        sound(shape, size * fineness)
+
+    check()
+
+
+@pytest.mark.slow
+def test_a_mesh_that_gmsh_cannot_mend_does_not_end_the_process():
+    """Its optimiser throws out of a parallel region here; where that is let through, the process aborts."""
+    code = "import geometry; print(len(geometry.SHAPES['tripod'](half=True).mesh(12e-3).tets))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and int(done.stdout) > 1000, done.stderr
+
+
+def test_every_shape_is_drawn():
+    assert set(DRAWN) == set(geometry.SHAPES)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_valid_sizes_mesh(name):
+    mesh_random(name, 5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DRAWN)
+def test_two_hundred_draws(name):
+    """29 a shape, 203 in all."""
+    mesh_random(name, 29)
+
+
+@pytest.mark.parametrize("name", geometry.SHAPES)
+def test_a_parameter_out_of_range_is_refused_by_its_name(name):
+    """Every length, angle and number, below and above: the refusal names it and what is allowed."""
+    shape = geometry.SHAPES[name]()
+    for item in parameters(shape):
+        if item.kind in ("flag", "pattern"):
+            continue
+        step = 1 if item.kind == "count" else 1e-6
+        for value in (item.low - step, item.high + step, math.nan, -math.inf):
+            with pytest.raises(GeometryError, match=rf"{item.name} = .*allowed: "):
+                dataclasses.replace(shape, **{item.name: value}).validate()
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_sizes_that_do_not_go_together_are_refused_in_one_line(name):
+    """Sizes drawn from all that each parameter allows: valid, or refused with what is allowed."""
+    kinds = {
+        "length": lambda p: st.floats(p.low, min(p.high, 0.05)),
+        "angle": lambda p: st.floats(p.low, p.high),
+        "count": lambda p: st.integers(p.low, min(p.high, 12)),
+        "flag": lambda p: st.booleans(),
+        "pattern": lambda p: st.text(p.letters, max_size=6),
+    }
+    items = parameters(geometry.SHAPES[name])
+
+    @draws(300)
+    @given(st.fixed_dictionaries({item.name: kinds[item.kind](item) for item in items}))
+    def check(sizes):
+        try:
+            geometry.SHAPES[name](**sizes).validate()
+        except GeometryError as error:
+            assert "allowed: " in str(error) and "\n" not in str(error)
+
+    check()
