@@ -20,7 +20,7 @@ from fem_spa.errors import InputError
 def data_folder(name: str) -> Path:
     """The folder of one data set; InputError where it is not there."""
     named = os.environ.get("FEM_SPA_DATA")
-    place = Path(named) if named else Path(__file__).resolve().parents[2] / "shared" / "data"
+    place = Path(named) if named else Path(__file__).resolve().parents[3] / "shared" / "data"
     if not (place / name).is_dir():
         raise InputError(
             f"given {named or 'no FEM_SPA_DATA'}: the measured data {name} are not there; "
