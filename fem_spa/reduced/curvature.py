@@ -69,6 +69,15 @@ def pose(
     return np.asarray(joints(turns * share, lengths * share, directions)[..., -1, :, :])
 
 
+def along(
+    turns: np.ndarray, lengths: np.ndarray, parts: int, directions: np.ndarray | float = 0.0
+) -> np.ndarray:
+    """(..., parts n + 1, 4, 4): poses along the chain, each chamber cut in `parts` of equal length."""
+    t, a = np.broadcast_arrays(np.asarray(turns, float), np.asarray(directions, float))
+    cut = [np.repeat(v, parts, axis=-1) for v in (t / parts, np.asarray(lengths, float) / parts, a)]
+    return joints(*cut)
+
+
 def jacobian(
     turns: np.ndarray, lengths: np.ndarray, directions: np.ndarray | float = 0.0, place: float | None = None
 ) -> np.ndarray:

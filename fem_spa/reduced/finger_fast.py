@@ -42,11 +42,12 @@ nothing: no angle.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
-from fem_spa.reduced.finger_solve import solve_increasing
+from fem_spa.reduced.finger_solve import smooth, solve_increasing
 
 READINGS = ("crowns", "printed")
 _LARGEST = 3.0  # rad, of theta_2: theta / sin theta is 21 there
@@ -86,11 +87,10 @@ def stretch_slope(opening: np.ndarray) -> np.ndarray:
 
 def opening(pressure_: np.ndarray, size: Mapping[str, float]) -> np.ndarray:
     """theta_2 (rad) of (20) at pressures (Pa, any shape); zero below zero, 3 rad at most."""
-    P = np.maximum(np.asarray(pressure_, float), 0.0)
+    root = np.sqrt(np.maximum(np.asarray(pressure_, float), 0.0))
     ratio = rubber_volume(size) / block_volume(size)
     C10, C20 = size["C10"], size["C20"]
-    # near zero P = 8 C10 ratio theta^2 / 6
-    start = np.minimum(np.sqrt(6.0 * P / (8.0 * C10 * ratio)), 0.5 * _LARGEST)
+    early = math.sqrt(6.0 / (8.0 * C10 * ratio))  # near zero P = 8 C10 ratio theta^2 / 6
 
     def slope(t: np.ndarray) -> np.ndarray:
         s = stretch(t)
@@ -99,7 +99,11 @@ def opening(pressure_: np.ndarray, size: Mapping[str, float]) -> np.ndarray:
         second = 2.0 * (1.0 + 3.0 * s**-4) * inner + 8.0 * C20 * (s - s**-3) * difference * (1.0 + s**-2)
         return ratio * second * stretch_slope(t)
 
-    return solve_increasing(lambda t: opening_pressure(t, size), slope, P, 0.0, _LARGEST, start)
+    def solved(r: np.ndarray) -> np.ndarray:
+        start = np.minimum(early * r, 0.5 * _LARGEST)
+        return solve_increasing(lambda t: opening_pressure(t, size), slope, r**2, 0.0, _LARGEST, start)
+
+    return smooth(solved, root)
 
 
 def opening_pressure(opening_: np.ndarray, size: Mapping[str, float]) -> np.ndarray:

@@ -39,7 +39,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fem_spa.reduced.finger_solve import solve_increasing
+from fem_spa.reduced.finger_solve import smooth, solve_increasing
 
 _ORDER = 24
 
@@ -109,9 +109,9 @@ def angle(pressure_: np.ndarray, size: Mapping[str, float], law: str = "linear")
     P = np.asarray(pressure_, float)
     z, area = strips(size)
     S, l1 = drive_moment(size), size["l1"]
-    linear = P * S * l1 / (8.0 * size["C10"] * float(area @ z**2))
+    turn_each = S * l1 / (8.0 * size["C10"] * float(area @ z**2))
     if law == "linear":
-        return linear
+        return P * turn_each
     highest = 0.95 * l1 / max(float(z.max()), 1e-9)
     low, high = -highest, min(20.0 * highest, 0.9 * l1 / max(size["t2"], 1e-9))
 
@@ -119,4 +119,7 @@ def angle(pressure_: np.ndarray, size: Mapping[str, float], law: str = "linear")
         stretch = 1.0 + z * turn[..., None] / l1
         return stress_slope(stretch, size["C10"], size["C20"], law) @ (area * z**2) / (l1 * S)
 
-    return solve_increasing(lambda turn: pressure(turn, size, law), slope, P, low, high, linear)
+    def solved(p: np.ndarray) -> np.ndarray:
+        return solve_increasing(lambda turn: pressure(turn, size, law), slope, p, low, high, turn_each * p)
+
+    return smooth(solved, P)

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fem_spa.errors import InputError
-from fem_spa.reduced.curvature import arc, jacobian, joints, pose, tip
+from fem_spa.reduced.curvature import along, arc, jacobian, joints, pose, tip
 from fem_spa.reduced.curvature_inverse import inverse
 from fem_spa.reduced.finger import finger
 
@@ -71,6 +71,7 @@ def test_pose_within_a_chamber() -> None:
     turns, lengths = np.array([0.3, 0.5, -0.2]), np.array([9e-3, 7e-3, 5e-3])
     halves = joints(np.array([0.3, 0.25, 0.25]), np.array([9e-3, 3.5e-3, 3.5e-3]))
     assert pose(turns, lengths, 1.5) == pytest.approx(halves[2])
+    assert joints(turns, lengths)[1:] == pytest.approx(along(turns, lengths, 7)[7::7])
     assert pose(turns, lengths, 2) == pytest.approx(joints(turns, lengths)[2])
     with pytest.raises(ValueError, match="of a chain of 3"):
         pose(turns, lengths, 3.1)
@@ -131,7 +132,7 @@ def test_unreachable_says_so_and_gives_the_nearest(point: tuple[float, ...]) -> 
     found = inverse(model, np.array(point))
     assert not found.reached and "out of reach" in found.message
     largest = model.module_angles(np.array([[80e3, 40e3]]))[0]
-    grid = np.stack(np.meshgrid(*(np.linspace(0, top, 300) for top in largest)), -1).reshape(-1, 2)
+    grid = np.stack(np.meshgrid(*(np.linspace(0, top, 120) for top in largest)), -1).reshape(-1, 2)
     best = np.linalg.norm(tip(*model.chain(grid)) - point, axis=1).min()
     assert found.distance <= best + 1e-9
     assert found.distance == pytest.approx(best, rel=1e-2)

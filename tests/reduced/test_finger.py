@@ -59,6 +59,16 @@ def test_slow_pressure_is_the_inverse_of_the_angle(law: str) -> None:
     assert finger_slow.pressure(finger_slow.angle(P, SIZE, law), SIZE, law) == pytest.approx(P, abs=1e-3)
 
 
+@pytest.mark.parametrize("high", [2e3, 120e3])
+def test_long_records_are_as_exact_as_short_ones(high: float) -> None:
+    """More than 200 pressures go through an interpolation: it holds down to zero and below."""
+    P = np.linspace(-20e3, high, 1000)
+    few = P[::50]
+    model = finger()
+    both = model.module_angles(np.column_stack([P, P]))[::50]
+    assert both == pytest.approx(model.module_angles(np.column_stack([few, few])), abs=1e-9)
+
+
 def test_stress_is_the_derivative_of_the_energy() -> None:
     """(7) from (5), and its slope, by differences."""
     C10, C20 = SIZE["C10"], SIZE["C20"]
