@@ -63,7 +63,7 @@ def test_heavy_cantilever() -> None:
 
 
 def test_heavy_column_softens_towards_its_buckling_load() -> None:
-    """w L^3 / EI = 7.837 (Greenhill 1881): load over sway is straight in the load and ends there (Southwell)."""
+    """w L^3 / EI = 7.837 (Greenhill 1881): load over sway falls straight to zero (Southwell)."""
     nudge = np.array([1e-5 * EI / LENGTH**2, 0, 0])
     loads = np.array([6.5, 7.2])
     stiffness = [nudge[0] / slender(80, np.array([0, 0, w * EI / LENGTH**2]), nudge)[0] for w in loads]
