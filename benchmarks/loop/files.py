@@ -1,4 +1,7 @@
-"""A case as files: records and base model as the contract has them; beside them the truth, not passed on."""
+"""A case as files: records and base model as the contract has them; beside them the truth, not passed on.
+
+`NAME.truth.npz` has, a record, the undisturbed and the true output without noise, (2, n) in the unit shown.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +24,12 @@ def write_case(case: Case, folder: Path) -> dict[str, Any]:
     folder.mkdir(parents=True, exist_ok=True)
     _write_model(case, folder)
     chamber, output = observed(case)
+    plain = case.base.respond(case.line, case.line.command)
     rng = np.random.default_rng([case.seed, 77, int(case.name[-4:])])
     unit, per = ("mm", 1e3) if case.base.springs else ("deg", np.degrees(1.0))
-    oracle, files = {}, []
+    oracle: dict[str, Any] = {}
+    files: list[str] = []
+    arrays: dict[str, np.ndarray] = {}
     for k, plan in enumerate(case.plans):
         rows = case.line.record == k
         t = sampled(rng, plan.duration, 1 / case.rate, case.noise)
@@ -42,6 +48,7 @@ def write_case(case: Case, folder: Path) -> dict[str, Any]:
         _write_record(folder / file, _metadata(case, k), columns)
         miss = (y - clean)[np.isfinite(y)]
         oracle[file] = {"n": len(miss), "square": float(per**2 * np.sum(miss**2))}
+        arrays[file] = per * np.stack([np.interp(t, own, plain[rows]), clean])
         files.append(file)
     truth = {
         "name": case.name,
@@ -71,6 +78,7 @@ def write_case(case: Case, folder: Path) -> dict[str, Any]:
         "holdout": [file for file in files if file[4:-4] in case.holdout],
         "oracle": oracle,
     }
+    np.savez_compressed(folder.parent / f"{case.name}.truth.npz", **arrays)  # type: ignore[arg-type]
     (folder.parent / f"{case.name}.truth.json").write_text(json.dumps(truth, indent=1), encoding="utf-8")
     return truth
 

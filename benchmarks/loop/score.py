@@ -16,7 +16,8 @@ KEYS = "verdict effects candidates error signature excluded untestable next_expe
 VERDICTS = ("attributed", "ambiguous", "unexplained", "none", "insufficient")
 COLUMNS = (
     "name tier protocol target visible material base truth forms faults held status seconds verdict effects "
-    "rivals right lenient family holds set_size set_classes before after oracle floor reduction problems"
+    "rivals trained right lenient family holds set_size set_classes before after oracle floor reduction "
+    "problems"
 ).split()
 
 
@@ -50,6 +51,7 @@ def score(truth: dict[str, Any], out: Path, status: int, seconds: float, said: s
     row["rivals"] = "+".join(n for n in report["candidates"] if n not in names)
     row |= _judge(truth, true, names, report["candidates"])
     row |= _errors(truth, report)
+    row["trained"] = f"{trained(truth, report):.4f}"
     row["problems"] = "; ".join(problems(truth, report, out))
     return row
 
@@ -114,6 +116,17 @@ def _errors(truth: dict[str, Any], report: dict[str, Any]) -> dict[str, Any]:
     if before > 1.25 * oracle:
         found["reduction"] = f"{(before - after) / (before - oracle):.4f}"
     return found
+
+
+def trained(truth: dict[str, Any], report: dict[str, Any]) -> float:
+    """What the training records show of the effects: RMS left by gain and offset, as a share of the span."""
+    arrays = np.load(Path(truth["folder"]).parent / f"{truth['name']}.truth.npz")
+    names = [r["file"] for r in report["error"]["records"] if r["role"] == "train"]
+    kept = [arrays[name] for name in names if name in arrays] or [arrays[name] for name in arrays]
+    plain, clean = np.concatenate(kept, axis=1)
+    columns = np.column_stack([plain, np.ones(len(plain))])
+    left = clean - columns @ np.linalg.lstsq(columns, clean, rcond=None)[0]
+    return float(np.sqrt(np.mean(left**2)) / truth["span"])
 
 
 def problems(truth: dict[str, Any], report: dict[str, Any], out: Path) -> list[str]:
