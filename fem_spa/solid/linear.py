@@ -25,6 +25,7 @@ class SingularMatrix(ArithmeticError):
 
 class LinearSolver(Protocol):
     name: str
+    pattern: Pattern
     factorizations: int
 
     def factorize(self, data: np.ndarray) -> None: ...

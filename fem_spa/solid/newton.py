@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem_spa.solid.linear import LinearSolver, SingularMatrix
+from fem_spa.solid.linear import LinearSolver, SingularMatrix, make_solver
 from fem_spa.solid.system import Evaluation, System, inner, norm
 
 # A factorization with its assembly costs about as much as this many iterations with kept factors; measured
@@ -83,6 +83,11 @@ class Factors:
         """Factorize the tangent at x."""
         data = system.tangent(x, pressure)
         started = time.perf_counter()
+        if self.solver.pattern is not system.pattern:
+            done = self.solver.factorizations
+            self.solver.free()
+            self.solver = make_solver(system.pattern)
+            self.solver.factorizations = done
         self.solver.factorize(data)
         self.updates = []
         if constraint.bordered:

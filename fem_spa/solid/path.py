@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from fem_spa.errors import InputError
 from fem_spa.solid.cards import CardWatch
+from fem_spa.solid.contact import contact_of
 from fem_spa.solid.linear import make_solver
 from fem_spa.solid.newton import Constraint, Equilibrium, Factors, solve_equilibrium
 from fem_spa.solid.observables import Angle
@@ -22,6 +25,7 @@ from fem_spa.solid.walls import Walls
 
 STEPS_OF_A_PATH = 20  # largest automatic step: this part of the whole path
 _GROWTH = 2.0
+_FIRMER = 6  # times that contact is made stiffer for one step
 _EASY = 2.5  # a step that cost no more than this many full Newton iterations may grow
 
 
@@ -69,7 +73,7 @@ class _Walk:
         self.dead = any(loads.gravity) or any(loads.tip_force) or loads.tip_displacement is not None
         self.setup(hold_tip=loads.tip_displacement is not None)
         self.angle = Angle(problem, space)
-        self.walls: Walls | None = Walls(space, problem.symmetry)
+        self.walls: Walls | None = None if problem.contact else Walls(space, problem.symmetry)
         self.cards = CardWatch(problem)
         n = len(self.system.cavities)
         self.x, self.pressure = self.system.rest(), np.zeros(n)
@@ -78,7 +82,7 @@ class _Walk:
         self.state: State | None = None
         self.iterations = 0
         self.warnings: list[str] = []
-        if self.walls.cross(space.points) is not None:
+        if self.walls is not None and self.walls.cross(space.points) is not None:
             self.walls = None
             self.warnings.append(
                 "The mesh's boundary passes through itself at rest, so walls are not watched; "
@@ -92,6 +96,10 @@ class _Walk:
         self.factorizations = getattr(self, "factorizations", 0)
         self.system = System(self.problem, self.space, hold_tip)
         self.factors = Factors(make_solver(self.system.pattern))
+        if self.problem.contact or self.problem.obstacles:
+            self.system.contact = contact_of(
+                self.problem, self.space, self.system.length_unit, self.system.stress_unit
+            )
 
     def run(self) -> Result:
         for observer in self.observers:
@@ -127,7 +135,8 @@ class _Walk:
         return result
 
     def account(self) -> None:
-        self.seconds["assembly"] += self.system.seconds["assembly"]
+        for name in ("assembly", "contact"):
+            self.seconds[name] += self.system.seconds[name]
         self.seconds["linear"] += self.factors.seconds
         self.factorizations += self.factors.solver.factorizations
         self.factors.solver.free()
@@ -232,6 +241,8 @@ class _Walk:
             factor = float(target[0]) if dead else 1.0
             self.system.prescribe(x, factor)
             equilibrium = self.attempt(x, pressure, constraint(target), factor)
+            if equilibrium.converged and self.system.contact is not None:
+                equilibrium = self.firm(equilibrium, constraint(target), factor)
             if equilibrium.converged:
                 return equilibrium, step
             predictor.lower()
@@ -264,6 +275,21 @@ class _Walk:
         )
         self.iterations += equilibrium.iterations
         return equilibrium
+
+    def firm(self, found: Equilibrium, constraint: Constraint, dead_factor: float) -> Equilibrium:
+        """The equilibrium with contact stiff enough that no point is inside anything."""
+        contact = self.system.contact
+        assert contact is not None
+        for _ in range(_FIRMER):
+            touching = self.system.touching
+            if touching is None or not contact.too_soft(touching):
+                return found
+            contact.stiffness = 4.0 * touching.highest
+            again = self.attempt(found.x, found.pressure, constraint, dead_factor)
+            if not again.converged:
+                return again
+            found = replace(again, iterations=found.iterations + again.iterations, cost=again.cost)
+        return replace(found, converged=False, why="walls pass through one another however stiff contact is")
 
     def give_up(self, failed: Equilibrium, constraint, dead: bool) -> _Stop:
         """Say why no smaller step helps: the body can bear no more, or the numbers break down."""
@@ -327,6 +353,7 @@ class _Walk:
             is_point=is_point,
             force_vector=force_vector,
         )
+        row = replace(row, **self.contact_row(displacement, row))
         state = State(
             step=row.step,
             displacement=displacement.copy(),
@@ -340,6 +367,17 @@ class _Walk:
         self.state = state
         for observer in self.observers:
             observer.converged(state, row, self.fraction)
+
+    def contact_row(self, displacement: np.ndarray, row: Row) -> dict[str, Any]:
+        """Gap and forces on obstacles of the state last evaluated; notes where things first touch."""
+        system = self.system
+        if system.contact is None or system.touching is None:
+            return {}
+        system.contact.accept(self.space.points + displacement)
+        gap = system.contact.gap(self.space.points + displacement)
+        if self.touch is None and system.touching.highest > 0:
+            self.touch = touch_pressure(self.rows, row.pressure)
+        return {"gap": gap, "obstacle_force": system.obstacle_force()}
 
     def watch_walls(self, displacement: np.ndarray, pressure: dict[str, float]) -> None:
         if self.walls is None:
@@ -364,3 +402,18 @@ class _Walk:
             )
             self.walls = None
         self.seconds["contact"] += time.perf_counter() - started
+
+
+def touch_pressure(rows: Sequence[Row], now: Mapping[str, float]) -> dict[str, float]:
+    """Pressures at first touch, between the last row and those of `now`: the gap is continued linearly."""
+    if not rows:
+        return dict(now)
+    part = 0.5
+    gaps = [row.gap for row in rows[-2:] if row.gap is not None and np.isfinite(row.gap)]
+    if len(gaps) == 2 and gaps[0] > gaps[1]:
+        before, last = rows[-2].pressure, rows[-1].pressure
+        name = max(now, key=lambda n: abs(now[n] - last[n]))
+        if last[name] != before[name] and now[name] != last[name]:
+            left = gaps[1] / (gaps[0] - gaps[1]) * (last[name] - before[name])
+            part = min(max(left / (now[name] - last[name]), 0.0), 1.0)
+    return {name: rows[-1].pressure[name] + part * (now[name] - rows[-1].pressure[name]) for name in now}

@@ -120,6 +120,27 @@ def _scatter(local, indptr, indices):
     return where
 
 
+def extend_pattern(pattern: Pattern, rows: np.ndarray, columns: np.ndarray) -> tuple[Pattern, np.ndarray]:
+    """The pattern with more entries, and where the old entries (and the slot thrown away) are in it.
+
+    rows, columns : unknowns, in either order; held ones are passed over
+    """
+    i, j = pattern.number[rows], pattern.number[columns]
+    i, j = np.minimum(i, j), np.maximum(i, j)
+    use = i >= 0
+    n = np.int64(pattern.n_free)
+    old_rows = np.repeat(np.arange(pattern.n_free, dtype=np.int64), np.diff(pattern.indptr))
+    old = old_rows * n + pattern.indices
+    new = np.unique(i[use].astype(np.int64) * n + j[use])
+    at = np.minimum(np.searchsorted(old, new), len(old) - 1)
+    new = new[old[at] != new]
+    keys = np.insert(old, np.searchsorted(old, new), new)
+    where = np.append(np.searchsorted(keys, old), len(keys)).astype(np.int32)
+    indptr = np.zeros(pattern.n_free + 1, dtype=np.int32)
+    indptr[1:] = np.cumsum(np.bincount(keys // n, minlength=pattern.n_free))
+    return Pattern(pattern.number, pattern.free, indptr, (keys % n).astype(np.int32)), where
+
+
 @njit(cache=True)
 def add_blocks(where, blocks, n_blocks, data):
     """data[where[e, k]] += blocks[e, k], in order: the sum does not depend on the number of threads."""

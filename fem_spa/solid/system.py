@@ -20,6 +20,7 @@ import numpy as np
 from fem_spa.errors import InputError
 from fem_spa.solid import kernel, pattern
 from fem_spa.solid.cavity import Cavity, closing, plane_levels, triangle_rule
+from fem_spa.solid.contact import Contact, Touching
 from fem_spa.solid.invariants import stretches
 from fem_spa.solid.membrane import make_membrane
 from fem_spa.solid.problem import Problem
@@ -59,7 +60,7 @@ class System:
         started = time.perf_counter()
         self.problem = problem
         self.space = space
-        self.seconds = {"assembly": 0.0}
+        self.seconds = {"assembly": 0.0, "contact": 0.0}
         n = space.n_nodes
         self.n_u = 3 * n
         self.region_materials = [problem.materials[name] for name in space.region_names]
@@ -81,6 +82,8 @@ class System:
         self.element_dofs = dofs
         self.pattern = pattern.build_pattern(dofs, self.held)
         self._where = pattern.scatter_map(self.pattern, dofs)
+        self._bare = self.pattern
+        self._moved: np.ndarray | None = None  # where the bare pattern's entries are in one with contact
         scale = np.full(space.n_dofs, self.length_unit)
         scale[self.n_u :] = self.stress_unit
         self.scale = scale[self.pattern.free]
@@ -97,6 +100,8 @@ class System:
             )
             for name, layer in problem.layers.items()
         ]
+        self.contact: Contact | None = None
+        self.touching: Touching | None = None
         self._layer_stress: list[np.ndarray] | None = None
         self._face_dofs = [_face_dofs(c.faces) for c in self._cavities]
         self._layer_dofs = [_face_dofs(m.faces) for m in self._membranes]
@@ -174,6 +179,12 @@ class System:
         internal = float(norm(force[: self.n_u]))
         force -= dead_factor * self.dead
         position = s.points + displacement
+        if self.contact is not None:
+            began = time.perf_counter()
+            self.touching = self.contact.evaluate(position)
+            force[: self.n_u] += self.touching.force.ravel()
+            self.seconds["contact"] += time.perf_counter() - began
+            started += time.perf_counter() - began
         volume = np.array([c.volume(position) for c in self._cavities])
         gradient = np.zeros((len(self._cavities), s.n_dofs))
         for k, (cavity, dofs) in enumerate(zip(self._cavities, self._face_dofs, strict=True)):
@@ -199,7 +210,9 @@ class System:
         if not np.array_equal(x, self._evaluated):
             kernel.invariants(s.tets, s.inverse_jacobian, s.shape_gradient, u, self._J, self._I1, self._I2)
             self._law()
-        data = np.zeros(self.pattern.nnz + 1)
+            if self.contact is not None:
+                self.contact.evaluate(s.points + self.displacement(x))
+        data = np.zeros(self._bare.nnz + 1)
         for first in range(0, len(s.tets), _BATCH):
             last = min(first + _BATCH, len(s.tets))
             kernel.tangent(
@@ -229,9 +242,30 @@ class System:
         for pressure, cavity, where in zip(cavity_pressure, self._cavities, self._face_where, strict=True):
             if pressure != 0.0:
                 pattern.add_blocks(where, -pressure * cavity.hessian(position), len(where), data)
+        if self.contact is not None:
+            began = time.perf_counter()
+            data = self._with_contact(position, data)
+            self.seconds["contact"] += time.perf_counter() - began
+            started += time.perf_counter() - began
         out = data[:-1] * self._entry_scale
         self.seconds["assembly"] += time.perf_counter() - started
         return out
+
+    def _with_contact(self, position: np.ndarray, bare: np.ndarray) -> np.ndarray:
+        """The tangent's entries with those of contact; the pattern grows where pairs have no place in it."""
+        assert self.contact is not None
+        for attempt in range(2):
+            if self._moved is None:
+                data = bare.copy()
+            else:
+                data = np.zeros(self.pattern.nnz + 1)
+                data[self._moved[:-1]] = bare[:-1]
+            if self.contact.add_tangent(position, self.pattern, data):
+                return data
+            if attempt == 0:
+                self.pattern, self._moved = pattern.extend_pattern(self._bare, *self.contact.reach(position))
+                self._entry_scale = self._entries(self.scale) / self.energy_unit
+        raise AssertionError("contact between faces that were not found to be near")
 
     def settle_layers(self, x: np.ndarray, increment: np.ndarray | None = None) -> None:
         """Fix the layers' stress that the next tangents use: that at x or, linearly, at x + increment.
@@ -272,6 +306,14 @@ class System:
         total = -self.reaction[: self.n_u].reshape(-1, 3)[nodes].sum(axis=0) * self.tip_copies
         for axis in set(self.problem.symmetry.values()) - set(_across(self.problem, self.space)):
             total[AXES[axis]] = 0.0
+        return total
+
+    def obstacle_force(self) -> np.ndarray:
+        """(n_obstacles, 3) N: what the whole actuator exerts on each obstacle, after `evaluate`."""
+        assert self.touching is not None
+        total = self.touching.on_obstacles * self.multiplicity
+        for axis in set(self.problem.symmetry.values()):
+            total[:, AXES[axis]] = 0.0
         return total
 
     # -- parts -----------------------------------------------------------------------------------

@@ -1,0 +1,396 @@
+"""Frictionless contact of the boundary with itself, with rigid obstacles and with its own mirror image.
+
+Points of every boundary face (a quadrature rule) are held off the face opposite by a pressure that begins at
+the gap `distance`, grows quadratically, is `stiffness` at zero gap and goes on linearly inside. The energy
+
+    1/2 sum_faces sum_q w_q A_q phi(gap_q),   phi' = -pressure,
+
+is taken on both surfaces, half each, so that forces are equal and opposite and the tangent is symmetric. The
+law has no wall to infinity, so Newton's iterates may pass through one another and nothing cuts their steps;
+the path (path.py) accepts only states in which no point is inside, and raises the stiffness where one is.
+
+Who meets whom is found from the shape: outside with outside, a cavity with itself, normals against one
+another. Points that are nearer to an opposite face at rest than `distance` keep a distance of their own, half
+their clearance, so that nothing acts at rest. A point counts as inside a face only as deep as both have moved
+against one another since the last accepted state, so that no far side is taken for a near one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from fem_spa.errors import InputError
+from fem_spa.solid import contact_kernel as kernel
+from fem_spa.solid.closest_point import shape as shape_functions
+from fem_spa.solid.obstacle_distance import distance as distance_to
+from fem_spa.solid.obstacles import Obstacle, Plane
+from fem_spa.solid.pattern import Pattern
+from fem_spa.solid.problem import Problem
+from fem_spa.solid.space import Space
+
+AXES = {"x": 0, "y": 1, "z": 2}
+DISTANCE = 0.02  # of the element size: gap at which contact pressure begins
+RULE = 6  # polynomial degree of the rule on a face
+REACH = 0.5  # of the element size: how far a neighbour is looked for, outside and inside
+_SKIN = 0.25  # of the element size: how far nodes may move before neighbours are looked for anew
+_PATTERN = 0.25  # of the element size: pairs nearer than this get their place in the sparsity pattern
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Contact at one shape.
+
+    force : (n_nodes, 3) N, gradient of the contact energy;  highest : Pa, largest contact pressure
+    inside : m, deepest point inside something, >= 0;  on_obstacles : (n_obstacles, 3) N, of the meshed part
+    """
+
+    force: np.ndarray
+    highest: float
+    inside: float
+    on_obstacles: np.ndarray
+
+
+class Contact:
+    """Contact of one space's boundary.
+
+    Parameters
+    ----------
+    space : the space
+    symmetry : surface -> axis of the planes that mirror the body; they are walls for what is not on them
+    obstacles : rigid bodies
+    itself : whether the boundary meets itself
+    distance : gap at which contact pressure begins, m
+    stiffness : contact pressure at zero gap, Pa
+    size : element size, m
+
+    Raises
+    ------
+    InputError
+        The body is inside an obstacle at rest.
+    """
+
+    def __init__(
+        self,
+        space: Space,
+        symmetry: Mapping[str, str],
+        obstacles: tuple[Obstacle, ...],
+        itself: bool,
+        distance: float,
+        stiffness: float,
+        size: float,
+    ) -> None:
+        plane = {tuple(sorted(f[:3])) for name in symmetry for f in space.surfaces[name].tolist()}
+        keep = [tuple(sorted(f[:3])) not in plane for f in space.boundary.tolist()]
+        self.faces = np.ascontiguousarray(space.boundary[keep])
+        self._across = _across(self.faces)
+        self.n_nodes = space.n_nodes
+        self.distance, self.stiffness, self.size = distance, stiffness, size
+        self.itself = itself
+        self.obstacles = obstacles
+        self.side = _sides(space, self.faces)
+        rule, weights = get_quadrature(RefTri, RULE)
+        self.shape = np.array([_shape(s, t) for s, t in rule.T])
+        rest = space.points
+        self.weight = _areas(self.faces, rest, rule.T) * weights
+        self.accept(rest)
+        self._rest_distance(rest)
+        self._built: np.ndarray | None = None
+        # rigid things: what, and the points (face, number) that can meet it
+        everyone = np.arange(self.weight.size)
+        outside = everyone[np.repeat(self.side == 0, len(self.shape))]
+        self._rigid: list[tuple[Obstacle, np.ndarray]] = [(o, outside) for o in obstacles]
+        for name, axis in symmetry.items():
+            on_it = np.unique(space.surfaces[name])
+            wall = _mirror(axis, rest, on_it)
+            away = ~np.isin(self.faces, on_it).any(axis=1)
+            self._rigid.append((wall, everyone[np.repeat(away, len(self.shape))]))
+        for k, obstacle in enumerate(obstacles):
+            gap = distance_to(obstacle, self._places(rest, outside))[0].min(initial=np.inf)
+            if gap < -0.02 * size:
+                raise InputError(
+                    f"obstacle {k + 1} is {-1e3 * gap:.3g} mm inside the body at rest; move it away, or turn "
+                    "its normal round if it is a plane"
+                )
+
+    def accept(self, position: np.ndarray) -> None:
+        """A state (n_nodes, 3) m in which nothing is inside anything: what comes is judged from there."""
+        self._accepted = position.copy()
+
+    def _rest_distance(self, rest: np.ndarray) -> None:
+        """Each point's own distance of activation."""
+        self.own_distance = np.full(self.weight.size, self.distance)
+        if not self.itself:
+            return
+        wide = REACH * self.size
+        self._find(rest, wide)
+        near = self._nearest(rest, wide)
+        own = np.minimum(self.distance, 0.5 * np.where(near.face >= 0, near.gap, np.inf))
+        self.own_distance[self._points] = np.where(own < 0.1 * self.distance, 0.0, own)
+
+    # -- neighbours ------------------------------------------------------------------------------
+
+    def _find(self, position: np.ndarray, reach: float) -> None:
+        points, others = kernel.opposite(self.faces, self.side, self.shape, position, reach)
+        self._points, first = np.unique(points, return_index=True)
+        self._begin = np.append(first, len(points)).astype(np.int64)
+        self._others = others
+        self._built = position.copy()
+        self._last: _Nearest | None = None
+
+    def _nearest(self, position: np.ndarray, reach: float) -> _Nearest:
+        n = len(self._points)
+        found = _Nearest(
+            face=np.full(n, -1, dtype=np.int64),
+            kind=np.zeros(n, dtype=np.int64),
+            edge=np.zeros(n, dtype=np.int64),
+            place=np.zeros((n, 2)),
+            gap=np.full(n, np.inf),
+            normal=np.zeros((n, 3)),
+        )
+        flat = np.empty((len(self.faces), 3))
+        corner = np.zeros((self.n_nodes, 3))
+        kernel.flat_normals(self.faces, position, flat)
+        kernel.corner_normals(self.faces, flat, corner)
+        kernel.nearest(
+            self.faces,
+            self._across,
+            self.shape,
+            position,
+            self._accepted,
+            flat,
+            corner,
+            self._points,
+            self._begin,
+            self._others,
+            REACH * self.size,
+            reach,
+            found.face,
+            found.kind,
+            found.edge,
+            found.place,
+            found.gap,
+            found.normal,
+        )
+        return found
+
+    def _look(self, position: np.ndarray, reach: float) -> _Nearest:
+        """The nearest opposite faces within `reach`, from the kept neighbours as long as they hold."""
+        skin = _SKIN * self.size
+        moved = np.inf if self._built is None else np.abs(position - self._built).max() * 2.0 * np.sqrt(3.0)
+        if moved > skin:
+            self._find(position, REACH * self.size + skin)
+        return self._nearest(position, reach)
+
+    # -- energy, forces, tangent -----------------------------------------------------------------
+
+    def _places(self, position: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """(n, 3) m, where the points are."""
+        m = len(self.shape)
+        return np.einsum("na,nai->ni", self.shape[points % m], position[self.faces[points // m]])
+
+    def evaluate(self, position: np.ndarray) -> Touching:
+        """Forces at position (n_nodes, 3) m."""
+        force = np.zeros((self.n_nodes, 3))
+        highest, inside = 0.0, 0.0
+        if self.itself:
+            near = self._look(position, self.distance)
+            self._last = near
+            own = self.own_distance[self._points]
+            highest = kernel.forces(
+                self.faces,
+                self.shape,
+                self.weight,
+                self._points,
+                own,
+                self.stiffness,
+                near.face,
+                near.place,
+                near.gap,
+                near.normal,
+                np.empty(6),
+                force,
+            )
+            acting = (near.face >= 0) & (near.gap < own)
+            inside = float(max(0.0, -near.gap[acting].min(initial=0.0)))
+        on = np.zeros((len(self.obstacles), 3))
+        m = len(self.shape)
+        for k, (obstacle, points) in enumerate(self._rigid):
+            near_points, gap, normal, _ = self._at(obstacle, points, position)
+            if len(near_points) == 0:
+                continue
+            p, _ = self._pressure(gap)
+            highest, inside = max(highest, float(p.max())), max(inside, float(-gap.min()))
+            push = (p * self.weight.ravel()[near_points])[:, None] * normal
+            for a in range(6):
+                np.add.at(
+                    force, self.faces[near_points // m, a], -self.shape[near_points % m, a][:, None] * push
+                )
+            if k < len(on):
+                on[k] = -push.sum(axis=0)
+        return Touching(force, highest, inside, on)
+
+    def _at(self, obstacle: Obstacle, points: np.ndarray, position: np.ndarray):
+        """Those of the points that the obstacle pushes: numbers, gaps, normals, Hessians of the gap."""
+        gap, normal, hessian = distance_to(obstacle, self._places(position, points))
+        act = gap < self.distance
+        return points[act], gap[act], normal[act], hessian[act]
+
+    def _pressure(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        part = 1.0 - gap / self.distance
+        k, d = self.stiffness, self.distance
+        p = np.where(gap >= 0, k * part**2, k * (1.0 - 2.0 * gap / d))
+        return p, np.where(gap >= 0, -2.0 * k * part / d, -2.0 * k / d)
+
+    def add_tangent(self, position: np.ndarray, pattern: Pattern, data: np.ndarray) -> bool:
+        """Add the second derivative to data (N/m) of the pattern's upper triangle.
+
+        Returns False where the pattern has no place for a pair; data is of no use then.
+        """
+        complete = True
+        if self.itself:
+            near = self._last if self._last is not None else self._look(position, self.distance)
+            complete = kernel.tangent(
+                self.faces,
+                self.shape,
+                self.weight,
+                position,
+                self._points,
+                self.own_distance[self._points],
+                self.stiffness,
+                near.face,
+                near.kind,
+                near.edge,
+                near.place,
+                near.gap,
+                near.normal,
+                pattern.number,
+                pattern.indptr,
+                pattern.indices,
+                data,
+            )
+        m = len(self.shape)
+        for obstacle, points in self._rigid:
+            near_points, gap, normal, hessian = self._at(obstacle, points, position)
+            p, slope = self._pressure(gap)
+            N = self.shape[near_points % m]
+            w = self.weight.ravel()[near_points]
+            outer = normal[:, :, None] * normal[:, None, :]
+            inner = -w[:, None, None] * (slope[:, None, None] * outer + p[:, None, None] * hessian)
+            blocks = np.einsum("na,nij,nb->naibj", N, inner, N).reshape(len(w), 18, 18)
+            for f, block in zip(self.faces[near_points // m], blocks, strict=True):
+                kernel.scatter(f, block, pattern.number, pattern.indptr, pattern.indices, data)
+        return bool(complete)
+
+    def too_soft(self, touching: Touching) -> bool:
+        """Is a point inside something, or so near to it that the next step would bring it there?"""
+        return touching.inside > 0.0 or touching.highest > 0.8 * self.stiffness
+
+    def reach(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns (unknowns) of all pairs of faces that touch or may soon."""
+        m = len(self.shape)
+        found = []
+        for near in (self._look(position, self.distance), self._look(position, _PATTERN * self.size)):
+            use = near.face >= 0
+            found.append(np.stack([self._points[use] // m, near.face[use]], axis=1))
+        pairs = np.unique(np.concatenate(found), axis=0)
+        a = self.faces[pairs[:, 0]]
+        b = self.faces[pairs[:, 1]]
+        da = (3 * a[:, :, None] + np.arange(3)).reshape(len(a), 18)
+        db = (3 * b[:, :, None] + np.arange(3)).reshape(len(b), 18)
+        rows = np.repeat(da, 18, axis=1).ravel()
+        columns = np.tile(db, (1, 18)).ravel()
+        return rows, columns
+
+    def gap(self, position: np.ndarray) -> float:
+        """Smallest gap, m: of opposite faces that share no node, and to obstacles; inf where none is near."""
+        gap = np.inf
+        if self.itself:
+            near = self._look(position, REACH * self.size)
+            use = near.face >= 0
+            own = self.faces[self._points[use] // len(self.shape)]
+            other = self.faces[near.face[use]]
+            apart = ~(own[:, :, None] == other[:, None, :]).any(axis=(1, 2))
+            gap = near.gap[use][apart].min(initial=np.inf)
+        for obstacle, points in self._rigid[: len(self.obstacles)]:
+            gap = min(gap, distance_to(obstacle, self._places(position, points))[0].min(initial=np.inf))
+        return float(gap)
+
+
+def contact_of(problem: Problem, space: Space, size: float, modulus: float) -> Contact:
+    """A problem's contact: the distance follows from the element size, the stiffness from the loads.
+
+    size : element size, m;  modulus : stiffest shear modulus, Pa
+    """
+    loads = problem.loads
+    stiffness = 0.02 * modulus
+    if loads.control == "pressure":
+        highest = max((abs(p) for point in loads.points for p in point.values()), default=0.0)
+        stiffness = max(4.0 * highest, 1e-3 * modulus)
+    return Contact(
+        space, problem.symmetry, problem.obstacles, problem.contact, DISTANCE * size, stiffness, size
+    )
+
+
+@dataclass(frozen=True)
+class _Nearest:
+    """What `contact_kernel.nearest` finds for each point."""
+
+    face: np.ndarray
+    kind: np.ndarray
+    edge: np.ndarray
+    place: np.ndarray
+    gap: np.ndarray
+    normal: np.ndarray
+
+
+def _sides(space: Space, faces: np.ndarray) -> np.ndarray:
+    """(n_faces,) 0 outside, k + 1 in the k-th cavity: what is on different sides of a wall cannot meet."""
+    number = {}
+    for k, name in enumerate(sorted(n for n in space.surfaces if n.startswith("cavity "))):
+        for f in space.surfaces[name].tolist():
+            number[tuple(sorted(f[:3]))] = k + 1
+    return np.array([number.get(tuple(sorted(f[:3])), 0) for f in faces.tolist()], dtype=np.int64)
+
+
+def _across(faces: np.ndarray) -> np.ndarray:
+    """(n_faces, 3) the face behind each edge (01, 12, 20), the face itself at the edge of a cut."""
+    n = len(faces)
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    same = np.flatnonzero((edges[order[1:]] == edges[order[:-1]]).all(axis=1))
+    out = np.repeat(np.arange(n), 3)
+    first, second = order[same], order[same + 1]
+    out[first], out[second] = second // 3, first // 3
+    return out.reshape(n, 3)
+
+
+def _shape(s: float, t: float) -> np.ndarray:
+    N = np.empty(6)
+    shape_functions(s, t, N)
+    return N
+
+
+def _areas(faces: np.ndarray, X: np.ndarray, rule: np.ndarray) -> np.ndarray:
+    """(n_faces, m) twice the area a unit of the reference triangle at the rule's points, m^2."""
+    l = 1 - rule.sum(axis=1)
+    s, t = rule.T
+    zero = np.zeros_like(s)
+    ds = np.stack([1 - 4 * l, 4 * s - 1, zero, 4 * (l - s), 4 * t, -4 * t], axis=1)
+    dt = np.stack([1 - 4 * l, zero, 4 * t - 1, -4 * s, 4 * s, 4 * (l - t)], axis=1)
+    x = X[faces]
+    along = np.einsum("qa,fai->fqi", ds, x), np.einsum("qa,fai->fqi", dt, x)
+    return np.linalg.norm(np.cross(*along), axis=-1)
+
+
+def _mirror(axis: str, X: np.ndarray, on_it: np.ndarray) -> Plane:
+    """The plane of symmetry as a wall, its normal towards the body."""
+    i = AXES[axis]
+    point = X[on_it].mean(axis=0)
+    normal = np.zeros(3)
+    normal[i] = 1.0 if X[:, i].mean() > point[i] else -1.0
+    return Plane((point[0], point[1], point[2]), (normal[0], normal[1], normal[2]))
