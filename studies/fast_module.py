@@ -1,30 +1,61 @@
-"""The fast module of the composite finger, up to where its walls touch."""
+"""The fast module of the composite finger to the largest pressure of its bench, with contact and without."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
-import numpy as np
+from fem_spa.output.compare import at, cost, draw
+from fem_spa.run import Outcome, run_deck
 
-from fem_spa.run import run_deck
-
-SUMMARY = "fast PneuNet module, six separate chambers, inflated until its walls touch one another"
+SUMMARY = (
+    "fast PneuNet module, six separate chambers to 40 kPa; what contact of their walls adds to the angle"
+)
 DECK = Path(__file__).with_suffix(".toml")
+
+WITHOUT = ["loads.contact=false", "loads.pressure='6.6 kPa'", "loads.path=['1 kPa', '2 kPa', '4 kPa']"]
+"""Beyond this pressure the walls have passed through one another wholly."""
+
+REMARK = """Where the walls touch, the angle's slope grows: they push one another apart, which bends
+the module more. Without contact they pass through one another, and the angle comes out too low. Yu et
+al. (2022) print no curve of the fast module that could stand beside this one; its bench goes to 40 kPa."""
 
 
 def run(out: Path) -> int:
-    """Solve the deck beside this file into `out`; prints the pressure of first touch."""
-    outcome = run_deck(DECK, out)
-    touch = outcome.result.touch_pressure
-    last = outcome.result.rows[-1]
-    angle = np.degrees(last.angle)
-    if touch is None:
-        print(f"The walls do not touch up to {1e-3 * last.pressure['fast']:.3g} kPa ({angle:.2f} deg).")
-    else:
-        print(
-            f"The walls touch at {1e-3 * touch['fast']:.3g} kPa; just before, the tip has turned by "
-            f"{angle:.2f} deg.\nFrom there on the chambers push one another apart, which bends the module "
-            "more: contact is not\npart of this version, so the curve ends here. Yu et al. (2022) go on to "
-            "40 kPa."
-        )
-    return outcome.exit_status
+    """Solve the deck beside this file with contact into `out`, and without into a folder in it."""
+    done = {"contact": run_deck(DECK, out), "contact off": run_deck(DECK, out / "contact_off", WITHOUT)}
+    curves = {name: curve(outcome) for name, outcome in done.items()}
+    print("pressure [kPa]   contact [deg]   contact off [deg]")
+    for row in done["contact"].result.rows:
+        if row.is_point:
+            p = row.pressure["fast"] / 1e3
+            texts = [f"{v:.2f}" if math.isfinite(v) else "" for v in (at(*c, p) for c in curves.values())]
+            print(f"{p:14.1f} {texts[0]:>15s} {texts[1]:>19s}")
+    touch = done["contact"].result.touch_pressure
+    if touch:
+        print(f"The walls first touch at {touch['fast'] / 1e3:.2f} kPa.")
+    print(REMARK)
+    low = {name: within(c, 7.0) for name, c in curves.items()}
+    draw(
+        out / "contact.png",
+        "Fast module: what contact does",
+        ("pressure [kPa]", "bending angle [deg]"),
+        low,
+        None,
+        {"first touch": touch["fast"] / 1e3} if touch else {},
+    )
+    for name, outcome in done.items():
+        print(cost(name, outcome.record))
+    return max(outcome.exit_status for outcome in done.values())
+
+
+def curve(outcome: Outcome) -> tuple[list[float], list[float]]:
+    """kPa and deg of every step."""
+    rows = outcome.result.rows
+    return [row.pressure["fast"] / 1e3 for row in rows], [math.degrees(row.angle) for row in rows]
+
+
+def within(given: tuple[list[float], list[float]], highest: float) -> tuple[list[float], list[float]]:
+    """The part of a curve up to a pressure, kPa."""
+    kept = [(p, a) for p, a in zip(*given, strict=True) if p <= highest]
+    return [p for p, _ in kept], [a for _, a in kept]

@@ -1,0 +1,46 @@
+"""The linear zig-zag actuator over its whole pressure range: extension."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fem_spa.output.compare import at, cost, draw
+from fem_spa.run import run_deck
+
+SUMMARY = "linear zig-zag actuator, 0 to 350 kPa: its extension, the paper's 40 mm beside it"
+DECK = Path(__file__).with_suffix(".toml")
+
+REMARK = """The paper prints neither the number nor the width of the chambers; the 22 chambers of 5.5
+mm here are chosen so that this figure comes out, with the stated modulus of 26 MPa. What they then say
+of the bending actuator (study zigzag_bending) is free of choice. The modulus is that of small strains:
+with the card cheetah, fitted from a stretch of 1.34 on, the same shape gives as much at a fifth of the
+pressure. The tip leans, since the outer joints open less freely than the others."""
+
+PAPER = (350.0, 40.0)
+"""kPa, mm: Table I of the zig-zag paper, the ends of pressure and extension range."""
+
+
+def run(out: Path) -> int:
+    """Solve the deck beside this file into `out`; prints and draws the extension over pressure."""
+    outcome = run_deck(DECK, out)
+    rows = [row for row in outcome.result.rows if row.motion is not None]
+    pressure = [row.pressure["main"] / 1e3 for row in rows]
+    stroke = [1e3 * row.motion.extension for row in rows if row.motion is not None]
+    print("pressure [kPa]   extension [mm]   angle of the tip [deg]")
+    for row, p, x in zip(rows, pressure, stroke, strict=True):
+        if row.is_point:
+            print(f"{p:14.0f} {x:16.2f} {np.degrees(row.angle):24.2f}")
+    ours = at(pressure, stroke, PAPER[0])
+    print(f"At {PAPER[0]:.0f} kPa: {ours:.1f} mm; the paper's range ends at {PAPER[1]:.0f} mm.")
+    print(REMARK)
+    draw(
+        out / "extension.png",
+        "Linear zig-zag actuator",
+        ("pressure [kPa]", "extension [mm]"),
+        {"FE": (pressure, stroke)},
+        {"end of the paper's range": ([PAPER[0]], [PAPER[1]])},
+    )
+    print(cost("zigzag_linear", outcome.record))
+    return outcome.exit_status
