@@ -16,13 +16,25 @@ from benchmarks.loop.classes import FAMILY
 from benchmarks.loop.run import rows_of
 from benchmarks.loop.session import PROTOCOLS
 
+DATA = """## Where the measured data are from
+
+None of them is in this repository. The studies look in the folder that `FEM_SPA_DATA` names.
+
+| folder | source | licence |
+|---|---|---|
+| eth_ds10_cantilever | github.com/srl-ethz/diffPD_sim2real, python/realbeam_experiments | MIT |
+| zigzag_spa_ubc | github.com/HiroshanGunawardane/ML_SelectiveStiffness-, Modular_Stiffness- | MIT |
+| asu_4chamber_arm | github.com/ASU-RISE-Lab/4-chamber-softarm-control | MIT |
+| ecoflex_compression_qmul | github.com/abubakardawood/tissue-phantom-material-database | CC BY 4.0 |"""
 Row = dict[str, str]
 Test = Callable[[Row], bool]
 
 
 def write_page(folders: Sequence[Path], page: Path) -> None:
     """Write the page; the folder `without-FAMILY` holds the cases run with that family left out."""
-    full = [row for f in folders if not f.name.startswith("without-") for row in rows_of(f / "results.csv")]
+    special = ("without-", "timing")
+    full = [row for f in folders if not f.name.startswith(special) for row in rows_of(f / "results.csv")]
+    timed = [row for f in folders if f.name == "timing" for row in rows_of(f / "results.csv")]
     left_out = {
         f.name.removeprefix("without-"): rows_of(f / "results.csv")
         for f in folders
@@ -30,7 +42,8 @@ def write_page(folders: Sequence[Path], page: Path) -> None:
     }
     parts = [head(full), aims(full), by_protocol(full), by_effect(full), confusion(full), others(full)]
     parts += [families(left_out)] if left_out else []
-    parts.append(limits(full))
+    parts += [timing(timed)] if timed else []
+    parts += [limits(full), *(told_by(f) for f in folders), DATA]
     page.write_text("\n\n".join(part for part in parts if part) + "\n", encoding="utf-8")
 
 
@@ -158,6 +171,7 @@ def aims(rows: Sequence[Row]) -> str:
         ("the same where the class is right", "", middle([r for r in single if right(r)], "reduction")),
         ("held-out error made worse (by over 0.1 %)", "< 1 %", share(ended, worse)),
         ("seconds a case, this machine", "< 60", middle(ended, "seconds")),
+        ("largest memory of a case, MB", "< 2000", middle(ended, "peak_mb")),
         ("breaches of the contract found by the scorer", "0", share(ended, lambda r: bool(r["problems"]))),
     ]
     return "## Aims\n\n" + table(("quantity", "aim", "measured"), lines)
@@ -273,6 +287,23 @@ def families(left_out: dict[str, list[Row]]) -> str:
     return "## One family left out of the library\n\n" + table(
         ("family", "unexplained", "attributed to another", "named"), lines
     )
+
+
+def timing(rows: Sequence[Row]) -> str:
+    """Eight records of five thousand samples."""
+    heading = ("case", "verdict", "seconds", "peak MB")
+    lines = [(r["name"], r["verdict"] or r["problems"], r["seconds"], r["peak_mb"]) for r in rows]
+    return "## Time: eight records of 5 000 samples, whole library, static map\n\n" + table(heading, lines)
+
+
+def told_by(folder: Path) -> str:
+    """What the studies printed: text files of a folder `studies`."""
+    if folder.name != "studies":
+        return ""
+    parts = ["## Measured data: what the studies print"]
+    for path in sorted(folder.glob("*.txt")):
+        parts.append(f"### {path.stem}\n\n```text\n{path.read_text(encoding='utf-8').strip()}\n```")
+    return "\n\n".join(parts)
 
 
 def limits(rows: Sequence[Row]) -> str:

@@ -98,14 +98,16 @@ def run_case(out: Path, case: Case, without: Sequence[str] = (), keep: bool = Tr
 
 
 def program(without: Sequence[str]) -> str:
-    """`fem-spa`, with some effects taken out of its library before it starts."""
-    lines = ["import sys", "from fem_spa.cli import main"]
+    """`fem-spa`, some effects taken out of its library first; its largest memory (MB) is told last."""
+    lines = ["import resource, sys", "from fem_spa.cli import main"]
     if without:
         lines += [
             "from fem_spa.loop.effects.registry import EFFECTS",
             f"[EFFECTS.pop(name, None) for name in {json.dumps(list(without))}]",
         ]
-    return "\n".join([*lines, "sys.exit(main())"])
+    peak = "resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10"
+    lines += ["status = main()", f"print('PEAK_MB', {peak}, file=sys.stderr)", "sys.exit(status)"]
+    return "\n".join(lines)
 
 
 def rows_of(table: Path) -> list[dict[str, str]]:

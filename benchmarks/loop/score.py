@@ -15,9 +15,9 @@ from benchmarks.loop.classes import FAMILY, same_class
 KEYS = "verdict effects candidates error signature excluded untestable next_experiment seed versions inputs"
 VERDICTS = ("attributed", "ambiguous", "unexplained", "none", "insufficient")
 COLUMNS = (
-    "name tier protocol target visible material base truth forms faults held status seconds verdict effects "
-    "rivals trained right lenient family holds set_size set_classes before after oracle floor reduction "
-    "problems"
+    "name tier protocol target visible material base truth forms faults held status seconds peak_mb verdict "
+    "effects rivals trained right lenient family holds set_size set_classes before after oracle floor "
+    "reduction problems"
 ).split()
 
 
@@ -41,12 +41,11 @@ def score(truth: dict[str, Any], out: Path, status: int, seconds: float, said: s
         "seconds": f"{seconds:.1f}",
     }
     if status != 0 or not (out / "report.json").is_file():
-        row["problems"] = (
-            f"status {status}: {said.strip().splitlines()[-1][:200] if said.strip() else 'silent'}"
-        )
+        row["problems"] = f"status {status}: {_last(said)}"
         return row
     report = json.loads((out / "report.json").read_text(encoding="utf-8"))
     names = [e["name"] for e in report["effects"]]
+    row["peak_mb"] = next((line[8:] for line in said.splitlines() if line.startswith("PEAK_MB ")), "")
     row["verdict"], row["effects"] = report["verdict"], "+".join(names)
     row["rivals"] = "+".join(n for n in report["candidates"] if n not in names)
     row |= _judge(truth, true, names, report["candidates"])
@@ -54,6 +53,12 @@ def score(truth: dict[str, Any], out: Path, status: int, seconds: float, said: s
     row["trained"] = f"{trained(truth, report):.4f}"
     row["problems"] = "; ".join(problems(truth, report, out))
     return row
+
+
+def _last(said: str) -> str:
+    """The last line of stderr that the program itself wrote."""
+    lines = [line for line in said.splitlines() if line.strip() and not line.startswith("PEAK_MB")]
+    return lines[-1][:200] if lines else "silent"
 
 
 def right_names(truth: dict[str, Any], name: str) -> set[str]:
