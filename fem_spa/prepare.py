@@ -78,7 +78,7 @@ def prepare(deck: Deck) -> Setup:
         symmetry=symmetry,
         angle=deck.observe.angle,
         blocked=deck.observe.blocked,
-        contact=loads.contact,
+        contact=loads.contact and not deck.solver.stop_at_touch,
         obstacles=obstacles(deck, mesh, symmetry),
     )
     solver = deck.solver
