@@ -17,6 +17,7 @@ from fem_spa.errors import InputError
 from fem_spa.loop.data import Data
 from fem_spa.loop.operators import lowpass
 from fem_spa.reduced.model import Drive, ReducedModel
+from fem_spa.units import ATMOSPHERE
 
 Respond = Callable[[Data, np.ndarray, np.ndarray], np.ndarray]
 
@@ -81,7 +82,7 @@ def _table(model: ReducedModel, p_low: np.ndarray, p_high: np.ndarray) -> Respon
         )
     low, high = min(float(p_low[0]), 0.0), max(float(p_high[0]), 0.0)
     margin = 0.3 * (high - low) + 1.0
-    grid = np.linspace(low - margin, high + margin, 2001)
+    grid = np.linspace(max(low - margin, min(low, -0.95 * ATMOSPHERE)), high + margin, 2001)
     values = model.simulate(Drive(np.arange(len(grid), dtype=float), grid[:, None]))
 
     def respond(data: Data, pressure: np.ndarray, _: np.ndarray) -> np.ndarray:

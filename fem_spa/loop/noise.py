@@ -20,6 +20,13 @@ from scipy.signal import lfilter
 
 from fem_spa.loop.data import Data
 
+COLOURED = 0.012
+"""Largest share of the response that coloured noise may have: sensors and supplies wander by some 0.3 %.
+What is
+larger is a residual to be explained, not noise.
+"""
+LONGEST_MEMORY = 10.0
+"""s: largest correlation time of coloured noise."""
 REPEATS = 0.007
 """Share of the response to which a record repeats, typically (offset and gain): 0.45 to 0.96 % on a
 pneumatic arm,
@@ -62,7 +69,7 @@ class _Filter:
 def _filter(noise: Noise, step: float) -> _Filter:
     """Innovations form of white + AR(1) at this sampling time."""
     phi = math.exp(-step / noise.tau)
-    w, q = noise.white**2, noise.coloured**2 * (1.0 - phi * phi)
+    w, q = max(noise.white, 1e-150) ** 2, max(noise.coloured, 1e-150) ** 2 * (1.0 - phi * phi)
     # steady variance of the prediction: P = phi^2 P w / (P + w) + q
     half = 0.5 * (q - (1.0 - phi * phi) * w)
     p = half + math.sqrt(half * half + q * w)
@@ -118,7 +125,7 @@ class Whitener:
         out = found[record, inside]
         first = table[:, 0]
         out[first] = rows[first] * f.first
-        out[~self.data.known] = 0.0
+        out *= self.data.known[:, None, None]
         return np.asarray(out)
 
     @cached_property
@@ -131,7 +138,7 @@ class Whitener:
         f = _filter(self.noise, run.step)
         out = lfilter(f.b, f.a, rows, axis=0) * f.scale
         out[0] = rows[0] * f.first
-        out[~self.data.known[run.part]] = 0.0
+        out *= self.data.known[run.part][:, None, None]
         return np.asarray(out)
 
     def _record(self, index: int) -> tuple[np.ndarray | None, np.ndarray]:
@@ -202,6 +209,14 @@ class Whitener:
         return total
 
 
+def _grain(data: Data, runs: tuple[int, ...]) -> float:
+    """White noise of the outputs by the median of their second differences, which jumps and motion
+    hardly touch."""
+    second = np.concatenate([np.diff(data.output[data.runs[i].part], 2, axis=0) for i in runs])
+    sizes = np.median(np.abs(second - np.median(second, axis=0)), axis=0)
+    return float(1.4826 * np.min(sizes) / math.sqrt(6.0))
+
+
 def fit_noise(
     data: Data, residual: np.ndarray, response: np.ndarray, runs: tuple[int, ...], start: Noise | None = None
 ) -> tuple[Noise, float]:
@@ -214,16 +229,21 @@ def fit_noise(
     size = float(np.sqrt(np.mean(residual[rows] ** 2))) or 1e-12
     amplitude = float(np.sqrt(np.mean(response[rows] ** 2))) or 1.0
     step = min(data.runs[i].step for i in runs)
-    longest = max(0.25 * data.longest, 4.0 * step)
-    low = np.log([1e-4 * size, 1e-4 * size, 1.5 * step, 1e-4 * size, 1e-4 * size / amplitude])
-    high = np.log([2.0 * size, 2.0 * size, longest, 3.0 * size, 3.0 * size / amplitude])
+    longest = max(min(0.25 * data.longest, LONGEST_MEMORY), 4.0 * step)
+    top = float(np.max(np.abs(response[rows]))) or 1.0
+    least = 1e-4 * min(size, top)
+    coloured = max(min(2.0 * size, COLOURED * top), 2.0 * least)
+    low = np.log([max(0.6 * _grain(data, runs), least), least, 1.5 * step, least, least / amplitude])
+    high = np.log(
+        [max(2.0 * size, 4.0 * np.exp(low[0])), coloured, longest, 3.0 * size, 3.0 * size / amplitude]
+    )
     differences = np.concatenate([np.diff(residual[data.runs[i].part], axis=0) for i in runs])
     white = max(float(np.sqrt(np.mean(differences**2) / 2.0)) * 0.7, 1e-3 * size)
     several = len(runs) > 1
     if start is None:
         guess = [
             white,
-            0.6 * size,
+            0.6 * min(size, coloured),
             min(max(2.0, 3.0 * step), 0.5 * longest),
             0.3 * size,
             0.1 * size / amplitude,
@@ -232,8 +252,6 @@ def fit_noise(
         guess = [start.white, start.coloured, start.tau, start.offset or low[3], start.gain or low[4]]
     x0 = np.clip(np.log(np.maximum(guess, 1e-300)), low + 0.01, high - 0.01)
     sub = data
-
-    top = float(np.max(np.abs(response[rows]))) or 1.0
 
     def unlikely(noise: Noise) -> float:
         """Prior: actuators repeat to about a per cent from record to record (see REPEATS)."""

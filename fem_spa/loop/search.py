@@ -295,11 +295,13 @@ class FoldErrors:
     fitted : all folds fitted together
     left_out : each fold predicted from the others
     parameters : number of parameters fitted
+    leverage : (folds,) largest share that a fold has in what is known of one of the effects' parameters
     """
 
     fitted: np.ndarray
     left_out: np.ndarray
     parameters: int
+    leverage: np.ndarray
 
 
 def fold_errors(trial: Trial, data: Data, whiten: Whitener) -> FoldErrors:
@@ -316,11 +318,27 @@ def fold_errors(trial: Trial, data: Data, whiten: Whitener) -> FoldErrors:
         grams.append(flat.T @ flat)
     total = np.sum(grams, axis=0)
     whole = _step(total)
+    own = columns.shape[2] - theta_columns(chain, data, True).shape[2]
+    at = np.arange(own, columns.shape[2])
+    known = np.stack([_information(gram, at, own) for gram in [*grams, total]])
+    leverage = (known[:-1] / np.maximum(known[-1], 1e-300)).max(axis=1) if len(at) else np.zeros(len(grams))
     fitted = np.array([whole @ gram @ whole for gram in grams])
     left = [_step(total - gram) for gram in grams]
     return FoldErrors(
-        fitted, np.array([v @ gram @ v for v, gram in zip(left, grams, strict=True)]), columns.shape[2]
+        fitted,
+        np.array([v @ gram @ v for v, gram in zip(left, grams, strict=True)]),
+        columns.shape[2],
+        leverage,
     )
+
+
+def _information(gram: np.ndarray, at: np.ndarray, free: int) -> np.ndarray:
+    """Diagonal of the information on the columns `at`, the first `free` columns being free."""
+    base = gram[:free, :free]
+    size = np.sqrt(np.maximum(np.diag(base), 1e-300))
+    inverse = np.linalg.pinv(base / np.outer(size, size), rcond=1e-9, hermitian=True)
+    cross = gram[:free][:, at] / size[:, None]
+    return np.asarray(np.diag(gram)[at] - np.einsum("ij,ik,kj->j", cross, inverse, cross))
 
 
 def _step(gram: np.ndarray) -> np.ndarray:

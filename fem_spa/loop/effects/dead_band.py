@@ -23,7 +23,7 @@ EFFECT = Effect(
     order=12,
     memory="static",
     parameters=(
-        Param("threshold", 0.0, 0.4, 0.08, "of pressure", True),
+        Param("threshold", 0.0, 0.6, 0.08, "of pressure", True),
         Param("width", 0.004, 0.08, 0.01, "of pressure"),
     ),
     apply=apply,

@@ -38,8 +38,8 @@ EFFECT = Effect(
     order=38,
     memory="max-history",
     parameters=(
-        Param("loss", 0.0, 0.7, 0.1, "", True),
-        Param("increase", 0.0, 0.7, 0.1, "", True),
+        Param("loss", 0.0, 0.95, 0.1, "", True),
+        Param("increase", 0.0, 2.0, 0.1, "", True),
         Param("moment", 0.0, 1.0, 0.5, "of all time"),
     ),
     apply=apply,

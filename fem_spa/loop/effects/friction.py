@@ -26,8 +26,8 @@ EFFECT = Effect(
     order=56,
     memory="rate-independent",
     parameters=(
-        Param("stick", 0.0, 0.3, 0.02, "of span", True),
-        Param("rub", 0.0, 0.5, 0.02, "", True),
+        Param("stick", 0.0, 1.0, 0.02, "of span", True),
+        Param("rub", 0.0, 1.0, 0.02, "", True),
         Param("way", 0.004, 0.2, 0.02, "of span"),
     ),
     apply=apply,

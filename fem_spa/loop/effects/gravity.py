@@ -3,14 +3,14 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
-from fem_spa.loop.effects.weight import turning
+from fem_spa.loop.effects.weight import weighed
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Turn by the body's weight."""
     if theta[0] == 0.0:
         return response
-    return np.asarray(response + theta[0] * turning(ctx, response, tip=False))
+    return weighed(ctx, response, np.full(len(response), theta[0]), tip=False)
 
 
 def orientations(ctx: Context) -> int:
@@ -31,9 +31,9 @@ EFFECT = Effect(
     slot="load",
     order=50,
     memory="static",
-    parameters=(Param("weight", 0.0, 1.5, 0.05, "of span", True),),
+    parameters=(Param("weight", 0.0, 3.0, 0.05, "of span", True),),
     apply=apply,
-    starts=lambda ctx: grid([0.03, 0.2]),
+    starts=lambda ctx: grid([0.03, 0.2, 0.6]),
     classmates=("payload",),
     untestable=untestable,
     experiment="flip",

@@ -4,7 +4,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.effects.gravity import untestable as same_orientation
-from fem_spa.loop.effects.weight import turning
+from fem_spa.loop.effects.weight import weighed
 
 
 def loads(ctx: Context) -> np.ndarray:
@@ -17,7 +17,7 @@ def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Turn by a weight at the tip, in proportion to the payload where it is stated."""
     if theta[0] == 0.0:
         return response
-    return np.asarray(response + theta[0] * loads(ctx)[:, None] * turning(ctx, response, tip=True))
+    return weighed(ctx, response, theta[0] * loads(ctx), tip=True)
 
 
 def untestable(ctx: Context) -> str | None:
@@ -36,9 +36,9 @@ EFFECT = Effect(
     slot="load",
     order=52,
     memory="static",
-    parameters=(Param("weight", 0.0, 1.5, 0.05, "of span", True),),
+    parameters=(Param("weight", 0.0, 3.0, 0.05, "of span", True),),
     apply=apply,
-    starts=lambda ctx: grid([0.03, 0.2]),
+    starts=lambda ctx: grid([0.03, 0.2, 0.6]),
     classmates=("gravity",),
     untestable=untestable,
     experiment="known masses",

@@ -21,7 +21,7 @@ EFFECT = Effect(
     order=60,
     memory="static",
     parameters=tuple(
-        Param(name, 0.0, 0.8, 0.05, "", True) for name in ("square up", "square down", "cube up", "cube down")
+        Param(name, 0.0, 2.0, 0.05, "", True) for name in ("square up", "square down", "cube up", "cube down")
     ),
     apply=apply,
     starts=lambda ctx: [[0.05 * row for row in np.eye(4)]],

@@ -3,19 +3,20 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
-from fem_spa.loop.operators import play
+from fem_spa.loop.operators import lowpass, play
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """s -> s + jump * (0..1), a steep step of a play: its middle at `at`, up and down `gap` apart."""
-    jump, at, gap = theta
+    jump, at, gap, width, settling = theta
     if jump == 0.0:
         return response
     s = ctx.share(response)
     out = s.copy()
     for j in range(s.shape[1]):
         lagged = play(ctx.data, s[:, j], 0.5 * gap)
-        out[:, j] += jump * 0.5 * (1.0 + np.tanh((lagged - at) / 0.012))
+        state = 0.5 * (1.0 + np.tanh((lagged - at) / width))
+        out[:, j] += jump * (lowpass(ctx.data, state, settling) if settling > 1e-3 else state)
     return np.asarray(ctx.rest + ctx.scale * out)
 
 
@@ -26,12 +27,14 @@ EFFECT = Effect(
     order=48,
     memory="rate-independent",
     parameters=(
-        Param("jump", 0.0, 0.6, 0.1, "of span", True),
+        Param("jump", 0.0, 1.5, 0.1, "of span", True),
         Param("at", 0.05, 0.95, 0.5, "of span"),
-        Param("gap", 0.0, 0.3, 0.08, "of span"),
+        Param("gap", 0.0, 0.4, 0.08, "of span"),
+        Param("width", 0.004, 0.05, 0.015, "of span"),
+        Param("settling", 0.0, 2.0, 0.1, "s"),
     ),
     apply=apply,
-    starts=lambda ctx: grid([0.1], [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85], [0.04, 0.15]),
+    starts=lambda ctx: grid([0.1], [0.1 + 0.04 * k for k in range(21)], [0.03, 0.1, 0.22], [0.02], [0.1]),
     experiment="slow ramp",
     words="a jump, at a higher pressure up than down",
 )

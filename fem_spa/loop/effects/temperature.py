@@ -46,8 +46,8 @@ EFFECT = Effect(
     order=36,
     memory="time",
     parameters=(
-        Param("softer", 0.0, 0.6, 0.03, "", True),
-        Param("stiffer", 0.0, 0.6, 0.03, "", True),
+        Param("softer", 0.0, 2.0, 0.03, "", True),
+        Param("stiffer", 0.0, 0.95, 0.03, "", True),
         Param("warming time", 20.0, 5000.0, 300.0, "s"),
     ),
     apply=apply,

@@ -7,10 +7,12 @@ from fem_spa.loop.operators import lowpass
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """First-order lag of the response."""
-    if theta[0] == 0.0:
-        return response
-    return lowpass(ctx.data, response, float(theta[0]), ctx.rest)
+    """Lag of the response: one stage, and two equal faster ones where a single stage is too sudden."""
+    out = response
+    for tau, stages in zip(theta, (1, 2), strict=True):
+        for _ in range(stages if tau > 0.0 else 0):
+            out = lowpass(ctx.data, out, float(tau), ctx.rest)
+    return out
 
 
 EFFECT = Effect(
@@ -19,9 +21,12 @@ EFFECT = Effect(
     slot="state",
     order=44,
     memory="fading",
-    parameters=(Param("time constant", 0.0, 5.0, 0.15, "s", True),),
+    parameters=(
+        Param("time constant", 0.0, 5.0, 0.15, "s", True),
+        Param("further stages", 0.0, 2.0, 0.05, "s", True),
+    ),
     apply=apply,
-    starts=lambda ctx: grid([0.03, 0.1, 0.3, 0.9, 2.5]),
+    starts=lambda ctx: [*grid([0.03, 0.1, 0.3, 0.9, 2.5], [0.0]), *grid([0.0], [0.05, 0.3])],
     classmates=("pressure-lag", "sensor-lag"),
     experiment="measured pressure",
     words="late after every change, loops that shrink when driven slower",
