@@ -16,8 +16,10 @@ the FE solution of the finger the parts add up to the whole within 1 deg). What 
 contact with an object, ends and joint of the modules.
 
 Calibration: `stiffness` and `offset` are what `diagnose` refits (finger_sizes.BASE); `slow_stiffness`,
-`fast_stiffness` and `offset` what `calibrate` fits (finger_sizes.CALIBRATED). A stiffness multiplies the
-rubber's moduli, so the angle is that of the pressure over it."""
+`fast_stiffness`, `fast_bending` and `offset` what `calibrate` fits (finger_sizes.CALIBRATED). A stiffness
+multiplies the rubber's moduli, so the angle is that of the pressure over it. `fast_bending`, an angle of
+module two a pressure, stands for the bending of its chambers besides squeezing, which starts linearly.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +29,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from scipy.optimize import brentq
 
 from fem_spa.errors import InputError
 from fem_spa.reduced import finger_beam, finger_fast, finger_slow
@@ -114,7 +117,8 @@ class Finger:
             elif self.method == "cantilever":
                 result[:, 1] = n2 * finger_beam.fast_angle(P, size)
             else:
-                result[:, 1] = finger_fast.angle(P, size, n2, self.reading)
+                own = size["fast_bending"] * P * size["fast_stiffness"]
+                result[:, 1] = finger_fast.angle(P, size, n2, self.reading) + own
         return result
 
     def pressures(self, angles: np.ndarray) -> np.ndarray:
@@ -133,8 +137,29 @@ class Finger:
             elif name == "slow":
                 columns.append(finger_slow.pressure(turned[:, 0] / self.slow_chambers, size, self.stress))
             else:
-                columns.append(finger_fast.pressure(turned[:, 1], size, self.fast_chambers, self.reading))
+                columns.append(self._fast_pressure(turned[:, 1], size))
         return np.column_stack(columns) * self._factors()
+
+    def _fast_pressure(self, turned: np.ndarray, size: dict[str, float]) -> np.ndarray:
+        """(n,) Pa, over the factors on the moduli, at which module two has turned by (n,) rad."""
+        n2, own = self.fast_chambers, size["fast_bending"] * size["fast_stiffness"]
+        alone = finger_fast.pressure(np.maximum(turned, 0.0), size, n2, self.reading)
+        if own == 0.0:
+            return alone
+        # both shares grow with the pressure: what either alone would need is an upper bound
+        most = np.where(turned > 0.0, np.minimum(alone, turned / own), 0.0)
+        result = turned / own
+        for i in np.flatnonzero(turned > 0.0):
+            result[i] = brentq(
+                lambda p, goal=turned[i]: (
+                    float(finger_fast.angle(p, size, n2, self.reading)) + own * p - goal
+                ),
+                0.0,
+                float(most[i]) * (1.0 + 1e-9),
+                xtol=1e-9,
+                rtol=1e-14,
+            )
+        return result
 
     def links(self) -> np.ndarray:
         """(n1 + n2,) m, length along the paper that belongs to each chamber.

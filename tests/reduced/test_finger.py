@@ -192,6 +192,22 @@ def test_pressures_are_the_inverse(method: str) -> None:
     assert model.pressures(model.module_angles(P)) == pytest.approx(P, rel=1e-9)
 
 
+def test_bending_besides_squeezing_is_linear_and_inverted() -> None:
+    """It adds an angle a pressure, whatever the squeezing's stiffness, and goes on below zero."""
+    bending = math.radians(3.0) / 1e3
+    model = finger().with_values(fast_bending=bending, fast_stiffness=2.0, slow_stiffness=1.1)
+    without = model.with_values(fast_bending=0.0)
+    P = np.array([[10e3, 0.5e3], [20e3, 13.9e3], [20e3, 40e3]])
+    extra = model.module_angles(P) - without.module_angles(P)
+    assert extra == pytest.approx(np.column_stack([np.zeros(3), bending * P[:, 1]]))
+    assert model.pressures(model.module_angles(P)) == pytest.approx(P, rel=1e-9)
+    vacuum = np.array([[0.0, -5e3]])
+    assert model.module_angles(vacuum)[0, 1] == pytest.approx(-5e3 * bending)
+    assert model.pressures(model.module_angles(vacuum)) == pytest.approx(vacuum)
+    stiff = model.with_values(stiffness=2.0).module_angles(2 * P)
+    assert stiff == pytest.approx(model.module_angles(P))
+
+
 def test_over_time_and_tip() -> None:
     """Rows are the drive's; a straight finger's tip is at the end of its links."""
     model = read_model({"kind": "pneunet", "outputs": ["angle", "x", "y", "z"]})

@@ -55,6 +55,16 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(finger_map, "CHANGES", changes)
 
 
+def test_paths_pass_through_all_pairs_and_turn_one_pressure_at_a_time() -> None:
+    """No pair is left out; from point to point one pressure moves by one step of the grid."""
+    paths = finger_map.load_paths()
+    pairs = {(s, f) for s in finger_map.SLOW for f in finger_map.FAST} - {(0, 0)}
+    assert {point for path in paths for point in path} == pairs
+    for path in paths:
+        steps = np.abs(np.diff([(0.0, 0.0), *path], axis=0)) / (10, 5)
+        assert np.all(steps.sum(axis=1) == 1.0)
+
+
 @pytest.mark.slow
 def test_finger_map(
     small: None, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -84,10 +94,10 @@ def test_finger_map(
 def test_the_fit_finds_a_finger_of_other_stiffness() -> None:
     """Angles made by the model itself: the stiffnesses come back, and pairs not used fit."""
     pairs = np.array([(s, f) for s in finger_map.SLOW for f in finger_map.FAST], float)
-    true = finger().with_values(slow_stiffness=1.2, fast_stiffness=0.7, offset=0.02)
+    true = finger().with_values(slow_stiffness=1.2, fast_stiffness=0.7, offset=0.02, fast_bending=3e-5)
     angle = np.degrees(finger_map._angles(true, pairs))
     angle[5] = np.nan
     fitted, held = finger_map.calibrated(finger(), pairs, angle)
     assert 35 < held.sum() < 45 and not held[5]
-    for name in ("slow_stiffness", "fast_stiffness", "offset"):
+    for name in ("slow_stiffness", "fast_stiffness", "fast_bending", "offset"):
         assert fitted.parameters[name].value == pytest.approx(true.parameters[name].value, rel=1e-4)
