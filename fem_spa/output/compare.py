@@ -52,11 +52,11 @@ def paint(
         axes.plot(x, y, dashed, marker="o", markersize=3.5, color=colour, linewidth=1.8, label=name)
     for (name, (x, y)), shape in zip((marks or {}).items(), "Xs^", strict=False):
         axes.plot(x, y, shape, color=INK, markersize=8, linestyle="none", label=name, zorder=5)
-    for words, x in (lines or {}).items():
-        axes.axvline(x, color=GREY, linewidth=1.0, linestyle=":")
+    for words, place in (lines or {}).items():
+        axes.axvline(place, color=GREY, linewidth=1.0, linestyle=":")
         axes.annotate(
             words,
-            (x, 0.98),
+            (place, 0.98),
             xycoords=("data", "axes fraction"),
             xytext=(3, 0),
             textcoords="offset points",
@@ -92,9 +92,9 @@ def table(path: Path, columns: Mapping[str, Sequence[float]]) -> None:
 
 def at(x: Sequence[float], y: Sequence[float], place: float) -> float:
     """y at a place of x, between neighbouring points; nan beyond the last."""
-    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     order = np.argsort(x, kind="stable")
-    return float(np.interp(place, x[order], y[order], left=np.nan, right=np.nan))
+    xs, ys = np.asarray(x, dtype=float)[order], np.asarray(y, dtype=float)[order]
+    return float(np.interp(place, xs, ys, left=np.nan, right=np.nan))
 
 
 def cost(name: str, record: Mapping[str, Any]) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from fem_spa.output.files import write_whole
 from fem_spa.output.style import ACCENT, GREY, SECOND, WARN, figure, tidy
 from fem_spa.output.table import obstacle_forces
-from fem_spa.output.words import ended_at_touch, holds, number, pressures
+from fem_spa.output.words import ended_at_touch, holds, number, pressures, straight
 from fem_spa.solid.problem import Problem, Result, Row
 
 PATH = "length of the load path [kPa]"
@@ -155,11 +155,14 @@ def _from_rest(problem: Problem, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarr
 
 def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
     x, label, touch = _abscissa(problem, result, rows)
-    y = np.degrees([row.angle for row in rows])
+    linear = straight(rows[-1])
+    y = 1e3 * np.array([row.motion.extension for row in rows if row.motion is not None])
+    if not linear:
+        y = np.degrees([row.angle for row in rows])
     axes.plot(*_from_rest(problem, x, y), "-", color=ACCENT, linewidth=2.0, zorder=3)
     _line(axes, x, y, rows, "angle")
     axes.annotate(
-        f"{number(float(y[-1]), 3)}°",
+        f"{number(float(y[-1]), 3)}{' mm' if linear else '°'}",
         (x[-1], y[-1]),
         xytext=(-8, 6),
         textcoords="offset points",
@@ -168,14 +171,16 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
         fontweight="bold",
     )
     axes.set_xlabel(label)
-    axes.set_ylabel("bending angle [deg]")
+    axes.set_ylabel("stroke of the tip [mm]" if linear else "bending angle [deg]")
     words = {
         "done": "",
         "limit": ", load limit",
         "diverged": ", stopped early",
         "interrupted": ", interrupted",
     }
-    axes.set_title(f"Angle over pressure, {len(rows)} steps{words.get(result.status, '')}")
+    axes.set_title(
+        f"{'Stroke' if linear else 'Angle'} over pressure, {len(rows)} steps{words.get(result.status, '')}"
+    )
     axes.margins(y=0.12)
     tidy(axes)
     _touch_line(axes, problem, result, touch, bool(y[-1] < 0.0))

@@ -14,7 +14,7 @@ from fem_spa.output.files import write_whole
 from fem_spa.output.report_style import STYLE
 from fem_spa.output.table import columns, header, obstacle_forces, values
 from fem_spa.output.toml import to_toml
-from fem_spa.output.words import number, pressures, verdict
+from fem_spa.output.words import number, pressures, straight, verdict
 from fem_spa.solid.obstacles import Cylinder, Obstacle, Plane
 from fem_spa.solid.problem import Problem, Result, Row
 from fem_spa.units import show
@@ -68,7 +68,9 @@ def _tiles(problem: Problem, result: Result) -> str:
         return ""
     last = result.rows[-1]
     tiles = [("pressure at the end", pressures(last.pressure))]
-    if math.isfinite(last.angle):
+    if last.motion is not None and straight(last):
+        tiles.append(("stroke of the tip", f"{number(1e3 * last.motion.extension, 3)} mm"))
+    elif math.isfinite(last.angle):
         tiles.append(("bending angle", f"{number(math.degrees(last.angle), 3)}°"))
     if last.force is not None:
         tiles.append(("force of the held tip", f"{number(last.force)} N"))

@@ -14,7 +14,7 @@ from fem_spa.output.obstacle_surface import surface
 from fem_spa.output.render import Layer, Rendering, RenderingFailed
 from fem_spa.output.style import INK, figure
 from fem_spa.output.surface import on_paper, outside, shading
-from fem_spa.output.words import number, pressures
+from fem_spa.output.words import number, pressures, straight
 from fem_spa.solid.problem import Problem, Row, State
 
 GHOST = np.array([0.88, 0.89, 0.91])
@@ -180,6 +180,8 @@ def _title(row: Row | None) -> str:
     if row is None:
         return "at rest (no load step converged)"
     words = pressures(row.pressure)
-    if math.isfinite(row.angle):
+    if row.motion is not None and straight(row):
+        words += f", moved by {number(1e3 * row.motion.extension, 3)} mm"
+    elif math.isfinite(row.angle):
         words += f", bent by {number(math.degrees(row.angle), 3)}°"
     return words

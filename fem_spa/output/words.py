@@ -53,9 +53,16 @@ def end_wanted(problem: Problem) -> str:
     return f"gas mass times {', '.join(number(value) for value in point.values())}"
 
 
+def straight(row: Row) -> bool:
+    """Whether planes of symmetry keep the actuator straight, so that its stroke is what it does."""
+    return row.motion is not None and row.angle == 0.0 and row.motion.chord == 0.0 and row.step > 0
+
+
 def outcome(row: Row) -> str:
-    """What a row shows in a few words: its angle, or its volume where there is no angle."""
-    if math.isfinite(row.angle):
+    """What a row shows in a few words: its angle or stroke, or its volume where there is no tip."""
+    if row.motion is not None and straight(row):
+        words = f"the tip has moved by {number(1e3 * row.motion.extension, 3)} mm"
+    elif math.isfinite(row.angle):
         words = f"the tip has turned by {number(math.degrees(row.angle), 3)}°"
     else:
         words = f"{millimetres_cubed(row.volume)} are enclosed"
