@@ -159,6 +159,8 @@ class _Walk:
         if self.problem.blocked and self.problem.loads.tip_displacement is None:
             self.account()
             self.setup(hold_tip=True)
+            if self.system.contact is not None:
+                self.system.contact.accept(self.space.points + self.system.displacement(self.x))
             self.equilibrium.evaluation = self.system.evaluate(self.x, self.pressure, 1.0)
 
     def load_path(self) -> None:
