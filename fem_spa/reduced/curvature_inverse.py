@@ -46,12 +46,12 @@ class Reach:
     @property
     def message(self) -> str:
         """One sentence."""
-        at = ", ".join(f"{show(1e-3 * round(1e3 * x, 3), 'm')}" for x in self.point)
-        pressures = ", ".join(f"{p / 1e3:.4g} kPa" for p in self.pressures)
+        at = ", ".join(f"{1e3 * x:.2f}" for x in self.point + 0.0)
+        pressures = ", ".join(f"{max(p, 0.0) / 1e3:.2f} kPa" for p in self.pressures)
         if self.reached:
-            return f"reached at ({at}) with {pressures}"
+            return f"reached at ({at}) mm with {pressures}"
         away = show(float(f"{self.distance:.3g}"), "m")
-        return f"out of reach: the nearest the finger gets is ({at}), {away} away, with {pressures}"
+        return f"out of reach: the nearest the finger gets is ({at}) mm, {away} away, with {pressures}"
 
 
 def inverse(
