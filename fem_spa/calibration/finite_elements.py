@@ -22,7 +22,7 @@ from fem_spa.calibration.deck_numbers import OFFSET, Numbers, numbers
 from fem_spa.calibration.fe_response import Design, Response, RunFailed, design, respond
 from fem_spa.calibration.least_squares import Spread, spread
 from fem_spa.calibration.observation import Run
-from fem_spa.calibration.outcome import Fitted, Outcome, beyond, range_of, rmse, span_of
+from fem_spa.calibration.outcome import Fitted, Outcome, beyond, range_of, rmse, source_of, span_of
 from fem_spa.calibration.reduced import measured
 from fem_spa.deck import Deck
 from fem_spa.errors import InputError
@@ -344,7 +344,7 @@ def _outcome(
             number = replace(number, why=why, advice=missing_effect(name, "finite elements"))
         parameters.append(number)
     error = rmse(after[1])
-    source = source or ", ".join(run.path.name for run in train)
+    source = source or source_of(train)
     valid = range_of(train, error, source)
     pairs = zip([*before[0], *before[1]], [*after[0], *after[1]], strict=True)
     roles = [(run, "train") for run in train] + [(run, "heldout") for run in held]

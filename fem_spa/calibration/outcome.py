@@ -102,6 +102,15 @@ def range_of(runs: Sequence[Run], error: float, source: str) -> Range:
     return Range(tuple(map(float, low)), tuple(map(float, high)), error, source)
 
 
+def source_of(runs: Sequence[Run]) -> str:
+    """The files that were fitted; of a curve.csv its folder, too."""
+    names = [run.path.name for run in runs]
+    return ", ".join(
+        f"{run.path.parent.name}/{name}" if name == "curve.csv" and run.path.parent.name else name
+        for run, name in zip(runs, names, strict=True)
+    )
+
+
 def beyond(runs: Sequence[Run], valid: Range) -> list[str]:
     """A sentence for every held-out run that leaves the range."""
     found = []

@@ -18,7 +18,7 @@ import numpy as np
 from fem_spa.calibration.bounds import missing_effect, plausible
 from fem_spa.calibration.least_squares import spread
 from fem_spa.calibration.observation import UNITS, Run
-from fem_spa.calibration.outcome import Fitted, Outcome, beyond, range_of, rmse, span_of
+from fem_spa.calibration.outcome import Fitted, Outcome, beyond, range_of, rmse, source_of, span_of
 from fem_spa.errors import InputError
 from fem_spa.reduced.model import Drive, ReducedModel
 from fem_spa.reduced.tables import factor
@@ -108,7 +108,7 @@ def calibrate(
     if refused and status == "done":
         status = "missing effect"
     error = rmse(after[1])
-    source = source or ", ".join(run.path.name for run in train)
+    source = source or source_of(train)
     valid = range_of(train, error, source)
     roles = [(run, "train") for run in train] + [(run, "heldout") for run in held]
     pairs = zip([*before[0], *before[1]], [*after[0], *after[1]], strict=True)
@@ -313,7 +313,7 @@ def _number(
     value = fitted.parameters[name].value
     low, high = (-math.inf, math.inf)
     if found is not None and name in found.interval:
-        low, high = found.interval[name]
+        low, high = map(float, found.interval[name])
     least, most, why = _ends(model, name)
     number = Fitted(name, p.unit, p.value, float(value), low, high, (least, most), refused.get(name))
     if name in refused:
