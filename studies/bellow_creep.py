@@ -123,9 +123,9 @@ def words(rows: np.ndarray) -> str:
         "is a bias. Divided by the model's displacement instead the parameters come back.",
         "",
         "Staircase of 10 to 70 kPa, largest error (printed: 0.3 mm, R2 0.98)",
-        f"  fit of (6) {by_6:.2f} mm, divided by the model {by_model:.2f} mm, noise of a mean of ten {noise:.2f} mm",
+        f"  (6) {by_6:.2f} mm, divided by the model {by_model:.2f} mm, noise of a mean of ten {noise:.2f} mm",
         f"  R2 of (6) on the noisy record {r2:.4f}",
-        "  The paper's error grows with the pressure and is laid to a soft layer that stiffens. Here it grows",
+        "  The paper's error grows with the pressure, laid to a soft layer that stiffens. Here it grows",
         "  as much on a linear actuator: steps of 10 s do not tell the creep of the 140 s that follow. By",
         f"  stiffening alone the actuator would have to be {short:.1f} % short of linear at 70 kPa.",
     ]
@@ -151,7 +151,7 @@ def comparisons() -> str:
     lines = [
         "",
         "The printed numbers against each other",
-        f"  linearity (5) at 5 s: {1e6 * slope:.4f} mm/kPa, held by the model to {1e3 * worst:.3f} mm, "
+        f"  linearity (5) at 5 s: {1e6 * slope:.4f} mm/kPa, held by it to {1e3 * worst:.3f} mm, "
         "by the bench to 0.1 mm",
         f"  retardation times: initial {slow['initial']:.1f} and {fast['initial']:.2f} s, "
         f"final {slow['final']:.1f} and {fast['final']:.2f} s",
@@ -160,11 +160,11 @@ def comparisons() -> str:
         f"    the elements: {1e-6 / last:.2f} kPa/mm after long, {1e-6 * PAPER['k2']:.2f} after a second, "
         f"{-50e6 * last:.1f} mm at -50 kPa:",
         "    stiffer than the line by a seventh to a third, and without its offset",
-        f"  blocking force 0.2 to 6 N: an effective area of {1e6 * area:.1f} mm^2, diameter {diameter:.2f} mm",
+        f"  blocking force 0.2 to 6 N: effective area {1e6 * area:.1f} mm^2, diameter {diameter:.2f} mm",
         "    (inner 5, outer 10 mm); two printed points fix the polynomial's slope, not its curvature",
         f"  thrust (1) as printed, at 9 mm: {1e-3 * by_1:.2f} kPa",
-        f"    sixteen annular plates {1e-3 * by_plates:.1f} kPa, soft layer {1e-3 * by_layer:.1f} kPa, "
-        f"together {1e-3 * (by_plates + by_layer):.0f} kPa of the line's {1e-3 * needed:.0f} kPa",
+        f"    sixteen annular plates {1e-3 * by_plates:.1f} kPa, layer {1e-3 * by_layer:.1f} kPa, "
+        f"{1e-3 * (by_plates + by_layer):.0f} kPa of the line's {1e-3 * needed:.0f}",
         "    (1) has the mean diameter where plates have the depth of a convolution; left over are stretch",
         "    of the folds, friction at the frame, and the modulus, by Gent's relation from Shore 50 A",
     ]

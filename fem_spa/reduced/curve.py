@@ -41,6 +41,8 @@ from fem_spa.units import brief
 
 UNITS = {"angle": "deg", "displacement": "mm", "force": "N", "x": "mm", "y": "mm", "z": "mm"}
 """Outputs of records and the unit shown."""
+ALIASES = {"extension": "displacement"}
+"""Columns of `fem-spa solve` under another name."""
 INNER = {"torque": "N*m"}
 """What models hold as curves besides."""
 KEYS = ("file", "output", "columns", "rows")
@@ -213,7 +215,7 @@ def _outputs(found: Mapping[str, tuple[np.ndarray, str]], source: str) -> dict[s
     """Known output -> its column in SI, in the order of the file."""
     result = {}
     for word, (values, unit) in found.items():
-        name = word.removeprefix("tip ")
+        name = ALIASES.get(word, word.removeprefix("tip "))
         known = (UNITS | INNER).get(name)
         if known is not None and name not in result:
             result[name] = _in_si(values, unit, known, word, source)
