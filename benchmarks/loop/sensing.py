@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.loop.physics import Physics, Shape, World, log_uniform, nothing, relax
+from benchmarks.loop.physics import Physics, Shape, World, log_uniform, relax
 
 
 def _filtered(y: np.ndarray, world: World, size: float, shape: Shape) -> np.ndarray:
-    """Three equal stages of `size` / 3 each: a finger on the shutter and on the display."""
-    rate, step = np.full(len(y), 3 / size), world.line.step
-    for _ in range(3):
-        y = relax(y, rate, step)
+    """Three stages that share `size` (s) unequally: the display's filter, the shutter, the bus."""
+    first = shape["first"]
+    for part in (first, 0.7 * (1 - first), 0.3 * (1 - first)):
+        y = relax(y, np.full(len(y), 1 / (part * size)), world.line.step)
     return y
 
 
@@ -47,7 +47,14 @@ def _scale(rng: np.random.Generator) -> dict[str, float]:
 
 
 SENSING = [
-    Physics("sensor-lag", "sensor", (0.02, 0.3), (0.02, 0.3), nothing, _filtered),
+    Physics(
+        "sensor-lag",
+        "sensor",
+        (0.02, 0.3),
+        (0.02, 0.3),
+        lambda rng: {"first": float(rng.uniform(0.4, 0.85))},
+        _filtered,
+    ),
     Physics("sensor-nonlinearity", "sensor", (0.01, 0.06), (0.01, 0.06), _scale, _bent_scale),
     Physics(
         "sensor-drift",
