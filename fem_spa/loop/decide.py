@@ -29,6 +29,9 @@ STEP_SHARE = 0.03
 STEP_REST = 0.45
 """What one more effect must take of what was left before it."""
 
+LARGEST_NOISE = 0.025
+"""Share of the span above which a remainder is not taken for noise, whatever its colour."""
+
 
 @dataclass(frozen=True)
 class Scored:
@@ -99,8 +102,9 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     best, reasons = _choose(scored, found, floor)
     known = _learnable(chain, data, found, level, runs)
     left = 1.0 - best.share
+    large = _relative(found.base, level, data) > LARGEST_NOISE
     if not detected or (not best.trial.names and known < 0.15):
-        if known >= 0.2:
+        if known >= 0.2 or large:
             return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, ())
         return Decision("none", (), {}, scored, 0.0, 0.0, False, learned, noise, best, ())
     if best.share < LEAST_SHARE or not best.trial.names:
@@ -115,6 +119,13 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     return Decision(
         verdict, best.trial.names, rivals, scored, best.share, left, True, learned, noise, best, ()
     )
+
+
+def _relative(base: Trial, level: np.ndarray, data: Data) -> float:
+    """RMS of the base's residual on the training rows, as a share of the span."""
+    rows = data.train & data.known
+    span = float(np.max(np.ptp(level[rows], axis=0))) or 1.0
+    return float(np.sqrt(np.mean(np.sum(base.fit.residual[rows] ** 2, axis=1)))) / span
 
 
 def _size(errors: FoldErrors) -> float:

@@ -18,8 +18,10 @@ from fem_spa.loop.certificate import Certificate, certificate
 from fem_spa.loop.compose import Chain, around
 from fem_spa.loop.decide import Decision, decide
 from fem_spa.loop.effects.effect import Effect
+from fem_spa.loop.effects.quantisation import EFFECT as QUANTISATION
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.intervals import shown_parameters
+from fem_spa.loop.lattice import lattice_theta
 from fem_spa.loop.learner import learn
 from fem_spa.loop.model_file import Source, read_source, source_tables
 from fem_spa.loop.noise import Whitener
@@ -133,6 +135,7 @@ def _study(source: Source, parted: Split, seed: int, say: Callable[[str], None])
             effects.append(effect)
         elif why is not None:
             untestable[effect.name] = why
+    untestable.setdefault("quantisation", "the readings stand on no lattice of coarse steps")
     air = pneumatics(source.model, data, effects, seed, say)
     inner = chain
     held: Chain | None = None
@@ -158,6 +161,7 @@ def _study(source: Source, parted: Split, seed: int, say: Callable[[str], None])
         after = chain
     plain = inner.response(data, inner.thetas, inner.base.values)
     whiten = Whitener(data, decision.noise, inner.gain * (plain - inner.rest), train_runs(data))
+    decision, after = _quantised(decision, after, case)
     report_card = certificate(found.atoms, whiten, found.limit, [e.name for e in effects])
     floor = _floor(after, data, whiten)
     full = case.full
@@ -194,6 +198,28 @@ def _joined(decision: Decision, air: Pneumatics, provisional: bool) -> Decision:
     odd = any(r not in EFFECTS[n].classmates for n, rs in rivals.items() for r in rs)
     verdict = "ambiguous" if odd or provisional else "attributed"
     return replace(decision, verdict=verdict, chosen=chosen, rivals=rivals, detected=True)
+
+
+def _quantised(decision: Decision, after: Chain, case: Case) -> tuple[Decision, Chain]:
+    """Quantisation on top of what was found, or in the place of what hardly helps where the lattice
+    explains it."""
+    rows = case.full.train & case.full.known
+
+    def size(chain: Chain) -> float:
+        return float(np.sqrt(np.mean((case.full.output - chain.predict(case.full))[rows] ** 2)))
+
+    for chain, chosen in ((case.chain, ()), (after, decision.chosen)):
+        theta = lattice_theta(chain, case.full)
+        if theta is None or (not chosen and decision.chosen and size(after) < 0.8 * size(case.chain)):
+            continue
+        rounded = chain.with_effects((*chain.effects, QUANTISATION), (*chain.thetas, theta))
+        rivals = {n: decision.rivals.get(n, []) for n in chosen}
+        verdict = decision.verdict if chosen else "attributed"
+        done = replace(
+            decision, verdict=verdict, chosen=(*chosen, "quantisation"), rivals=rivals, detected=True
+        )
+        return done, rounded
+    return decision, after
 
 
 def _floor(after: Chain, data: Any, whiten: Whitener) -> np.ndarray:
@@ -253,6 +279,9 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
     candidates = list(d.chosen)
     for name in d.chosen:
         candidates += [r for r in d.rivals.get(name, []) if r not in candidates]
+    held = table["heldout"]
+    known = [v for v in (held["before"], held["after"], held["floor"]) if v is not None]
+    held["floor"] = min(known) if known else None
     report = {
         "verdict": d.verdict,
         "effects": effects,
@@ -260,7 +289,7 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
         "error": table,
         "signature": words,
         "excluded": excluded,
-        "untestable": [{"name": n, "why": w} for n, w in study.untestable.items()],
+        "untestable": [{"name": n, "why": w} for n, w in study.untestable.items() if n not in d.chosen],
         "next_experiment": None,
         "seed": seed,
         "versions": versions(),

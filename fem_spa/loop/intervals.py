@@ -40,7 +40,7 @@ def standard_errors(study: Study) -> dict[str, np.ndarray]:
 def shown_parameters(name: str, study: Study, size: float, unit: str) -> dict[str, Any]:
     """The contract's `parameters` of one effect; shares of pressure in kPa, of span in the output's unit."""
     effect = EFFECTS[name]
-    chain = study.decision.best.trial.fit.chain
+    chain = study.after
     pairs = list(zip(chain.effects, chain.thetas, strict=True))
     spread = standard_errors(study)
     if study.pneumatics is not None:

@@ -6,11 +6,12 @@ from fem_spa.loop.effects.effect import Context, Effect, Param
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """The nearest whole step."""
-    step = float(theta[0])
+    """The nearest of phase + k step."""
+    step, phase = float(theta[0]), float(theta[1])
     if step == 0.0:
         return response
-    return np.asarray(step * ctx.scale * np.round(response / (step * ctx.scale)))
+    share = response / ctx.scale
+    return np.asarray(ctx.scale * (phase + step * np.round((share - phase) / step)))
 
 
 EFFECT = Effect(
@@ -19,7 +20,7 @@ EFFECT = Effect(
     slot="sensor",
     order=66,
     memory="static",
-    parameters=(Param("step", 0.0, 0.2, 0.01, "of span", True),),
+    parameters=(Param("step", 0.0, 0.3, 0.01, "of span", True), Param("phase", 0.0, 0.3, 0.0, "of span")),
     apply=apply,
     starts=lambda ctx: [],
     experiment="second sensor",
