@@ -153,7 +153,7 @@ def stiffnesses(bench: Bench, fits: Mapping[float, StiffnessFit]) -> str:
     lines = [
         "",
         f"FE of {bench.segments} chambers, neo-Hooke, modulus scaled by {bench.scale:.2f}: 350 kPa give",
-        "the printed 40 mm (in proportion). Torque from its extension, k_theta of each layer from its angles.",
+        "the printed 40 mm (in proportion). Torque from its extension, k_theta a layer from its angles.",
         "layer [mm]   k_theta printed   /linear   /1 mm    ours    /linear   /1 mm   mean error [deg]",
     ]
     for layer, fit in fits.items():
