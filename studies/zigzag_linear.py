@@ -15,8 +15,8 @@ DECK = Path(__file__).with_suffix(".toml")
 REMARK = """The paper prints neither the number nor the width of the chambers; the 22 chambers of 5.5
 mm here are chosen so that this figure comes out, with the stated modulus of 26 MPa. What they then say
 of the bending actuator (study zigzag_bending) is free of choice. The modulus is that of small strains:
-with the card cheetah, fitted from a stretch of 1.34 on, the same shape gives as much at a fifth of the
-pressure. The tip leans, since the outer joints open less freely than the others."""
+the card cheetah, fitted from a stretch of 1.34 on, is a fifth as stiff at rest. The tip leans, since
+the outer joints open less freely than the others."""
 
 PAPER = (350.0, 40.0)
 """kPa, mm: Table I of the zig-zag paper, the ends of pressure and extension range."""
