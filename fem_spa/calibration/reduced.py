@@ -353,11 +353,17 @@ def model_table(fitted: ReducedModel, outcome: Outcome) -> dict[str, Any]:
         if math.isfinite(number.low) and math.isfinite(number.high):
             ends = (number.low, number.high)
             intervals[number.name] = [shown(x, number.unit) if number.unit else x for x in ends]
-    unit = next(o.unit for o in fitted.outputs if o.name == outcome.outputs[0])
+    first = fitted.outputs[0]
     valid = {end: [shown(p, "kPa") for p in getattr(outcome.valid, end)] for end in ("low", "high")}
     extra = {"source": outcome.valid.source}
     if outcome.valid.error is not None and math.isfinite(outcome.valid.error):
-        extra["error"] = shown(outcome.valid.error, unit)
+        error = shown(
+            outcome.valid.error, next(o.unit for o in fitted.outputs if o.name == outcome.outputs[0])
+        )
+        if first.name == outcome.outputs[0]:
+            extra["error"] = error
+        else:  # a range's error is in the unit of the model's first output
+            extra["source"] += f"; error {error} of {outcome.outputs[0]}"
     return (
         table
         | ({"intervals": intervals} if intervals else {})

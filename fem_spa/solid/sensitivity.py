@@ -12,7 +12,8 @@ bordered by dV/dx, as in newton.py. A blocked tip stays where gravity left it, w
 
 Walls (the scale of all walls' thickness) are such a number as well: a mode of the mesh moves its nodes, and
 the residual at the same x on the moved mesh gives dR/dq. A length of a built-in shape is not: another drawing
-is another mesh. Its effect is the difference of two runs (fem_spa/calibration/finite_elements.py).
+is another mesh; its effect is the difference of two runs (fem_spa/calibration/finite_elements.py). Contact,
+where it is on, belongs to the residual and the tangent.
 """
 
 from __future__ import annotations
@@ -24,17 +25,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_spa.errors import InputError
+from fem_spa.solid.contact import Contact, contact_of
 from fem_spa.solid.linear import make_solver
 from fem_spa.solid.newton import Constraint
 from fem_spa.solid.observables import Angle
 from fem_spa.solid.observe import Silent
 from fem_spa.solid.problem import Material, Problem, Row, State
 from fem_spa.solid.space import Space, build_space
-from fem_spa.solid.system import System, cavity_values
+from fem_spa.solid.system import Evaluation, System, cavity_values
 from geometry.second_order import to_second_order
 
 STEP = 1e-4
 """Relative step of the central difference of the residual."""
+_SETTLED = 1e-5  # error of a residual that is one
 _PROBE = 1e-4  # a state is probed along dx/dq by this part of the body's size
 
 
@@ -216,7 +219,7 @@ class Sensitivities(Silent):
         system = probe.system
         x = np.concatenate([state.displacement.ravel(), state.pressure_field])
         pressure = cavity_values(system, state.cavity_pressure)
-        here = system.evaluate(x, pressure, 1.0)
+        here = probe.look(x, pressure)
         tangent = system.tangent(x, pressure)  # before the pattern is asked for: contact may widen it
         solver = make_solver(system.pattern)
         solver.factorize(tangent)
@@ -327,16 +330,40 @@ class Sensitivities(Silent):
         return float(change @ row.force_vector / size) if size > 0 else float(np.linalg.norm(change))
 
 
-@dataclass
 class _Probe:
-    """A system of its own, so that the run's is not disturbed."""
+    """A system of its own, contact included, so that the run's is not disturbed."""
 
-    problem: Problem
-    space: Space
-    hold_tip: bool
+    def __init__(self, problem: Problem, space: Space, hold_tip: bool) -> None:
+        self.system = System(problem, space, hold_tip)
+        self.system.contact = _contact(problem, space, self.system)
 
-    def __post_init__(self) -> None:
-        self.system = System(self.problem, self.space, self.hold_tip)
+    def look(self, x: np.ndarray, pressure: np.ndarray) -> Evaluation:
+        """The evaluation at a converged state.
+
+        The path raises the contact's stiffness where something would be inside. What it was is told by the
+        state: contact forces are proportional to it, and at it nothing is left of the residual.
+        """
+        contact = self.system.contact
+        if contact is None:
+            return self.system.evaluate(x, pressure, 1.0)
+        contact.accept(self.system.space.points + self.system.displacement(x))
+        here = self.system.evaluate(x, pressure, 1.0)
+        if here.error > _SETTLED and self.system.touching is not None and self.system.touching.highest > 0:
+            first = contact.stiffness
+            contact.stiffness = 2.0 * first
+            push = self.system.evaluate(x, pressure, 1.0).residual - here.residual
+            size = float(push @ push)
+            share = 1.0 - float(here.residual @ push) / size if size > 0 else 1.0
+            contact.stiffness = first * (share if share > 0 else 1.0)
+            here = self.system.evaluate(x, pressure, 1.0)
+        return here
+
+
+def _contact(problem: Problem, space: Space, system: System) -> Contact | None:
+    """Contact of a system whose lengths and stresses are those of `system`."""
+    if not problem.contact and not problem.obstacles:
+        return None
+    return contact_of(problem, space, system.length_unit, system.stress_unit)
 
 
 class _Neighbours:
@@ -353,6 +380,7 @@ class _Neighbours:
         moved = ends[0].mesh is not problem.mesh
         spaces = [build_space(p.mesh) for p in ends] if moved else [space, space]
         self.systems = [System(p, s, hold_tip) for p, s in zip(ends, spaces, strict=True)]
+        self.moved = moved
         self.shape = (Angle(ends[0], spaces[0]), Angle(ends[1], spaces[1])) if moved else None
         self.volume = np.zeros(0)
         self.reaction = np.zeros(3)
@@ -361,6 +389,7 @@ class _Neighbours:
         """(n_free,) dR/dq, dimensionless in the units of `system`."""
         forces, volumes, reactions = [], [], []
         for neighbour in self.systems:
+            self._touch(neighbour, x, system)
             e = neighbour.evaluate(x, pressure, 1.0)
             forces.append(e.residual * (neighbour.energy_unit / neighbour.scale))
             volumes.append(e.volume)
@@ -368,6 +397,19 @@ class _Neighbours:
         self.volume = (volumes[0] - volumes[1]) / self.width
         self.reaction = (reactions[0] - reactions[1]) / self.width
         return (forces[0] - forces[1]) / self.width * (system.scale / system.energy_unit)
+
+    def _touch(self, neighbour: System, x: np.ndarray, system: System) -> None:
+        """The same contact as in `system`: of the moved mesh where there is one."""
+        if system.contact is None:
+            return
+        if not self.moved:
+            neighbour.contact = system.contact
+            return
+        if neighbour.contact is None:
+            neighbour.contact = _contact(neighbour.problem, neighbour.space, system)
+        assert neighbour.contact is not None
+        neighbour.contact.stiffness = system.contact.stiffness
+        neighbour.contact.accept(neighbour.space.points + neighbour.displacement(x))
 
 
 def _turning(up: Angle, down: Angle, u: np.ndarray, du: np.ndarray, size: float) -> tuple[float, np.ndarray]:

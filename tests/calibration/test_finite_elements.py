@@ -160,3 +160,23 @@ def test_respond_gives_the_curve_and_its_slope():
     deck["loads"].pop("points")
     rows = [r for r in solve(prepare(parse_deck(deck)).problem).rows if r.is_point][1:4]
     assert response.at(middle)[0][:, 0] == pytest.approx([r.angle for r in rows], rel=3e-4)
+
+
+@pytest.mark.slow
+def test_derivatives_where_walls_press_each_other():
+    # catches a tangent without contact: beyond the touch the neighbour carries part of the load
+    from fem_spa.solid.problem import StepControl
+    from fem_spa.solid.sensitivity import Sensitivities, knob
+
+    deck = tables()
+    deck["geometry"] |= {"fast_chambers": 2, "size": "5 mm"}
+    deck["loads"] = {"pressure": "5 kPa", "points": 2, "contact": True}
+    problem = prepare(parse_deck(deck)).problem
+    tight = StepControl(tolerance=1e-10, max_iterations=40)
+    turned = knob(problem, "materials.body.C10")
+    seen = Sensitivities([turned])
+    result = solve(problem, tight, [seen])
+    assert result.status == "done" and result.touch_pressure is not None
+    ends = [solve(turned.turn(problem, turned.value * (1 + s)), tight).rows[-1].angle for s in (2e-3, -2e-3)]
+    expected = (ends[0] - ends[1]) / (4e-3 * turned.value)
+    assert seen.found[-1].angle[0] == pytest.approx(expected, rel=0.01)
