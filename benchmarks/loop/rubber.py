@@ -15,7 +15,8 @@ from benchmarks.loop.physics import Physics, Shape, World, log_uniform, nothing
 def _relays(p: np.ndarray, world: World, size: float, shape: Shape) -> np.ndarray:
     """Preisach: relays that switch up at a and down at b < a, weights around the diagonal (Cauchy by normal).
 
-    The share `size` of the pressure acts through the relays, which lag behind it and remember returns.
+    `size` of the largest pressure acts through the relays, which lag behind and remember returns; the middle
+    of their major loop is taken off, so that there is a loop and no bent curve.
     """
     m = 36
     grid = (np.arange(m) + 0.5) / m
@@ -42,8 +43,11 @@ def _relays(p: np.ndarray, world: World, size: float, shape: Shape) -> np.ndarra
         out[start : stop + 1] = state @ weight + summed[np.searchsorted(change[order], piece)]
         state = np.where(change <= piece[-1], 1.0 if rising else -1.0, state)
     # steps between relays are smoothed over their pitch, as a real distribution would
-    lag = 0.5 * (1 + _bridge(x, out, turning, 1.0 / m))
-    return (1 - size) * p + size * world.line.top * lag
+    grid = np.linspace(-0.1, 1.2, 400)
+    up = np.array([weight @ np.where(a <= v, 1.0, -1.0) for v in grid])
+    down = np.array([weight @ np.where(b < v, 1.0, -1.0) for v in grid])
+    middle = np.interp(x, grid, 0.5 * (up + down))
+    return p + size * world.line.top * 0.5 * (_bridge(x, out, turning, 1.0 / m) - middle)
 
 
 def _turning(x: np.ndarray) -> np.ndarray:
