@@ -43,10 +43,10 @@ def _relays(p: np.ndarray, world: World, size: float, shape: Shape) -> np.ndarra
         out[start : stop + 1] = state @ weight + summed[np.searchsorted(change[order], piece)]
         state = np.where(change <= piece[-1], 1.0 if rising else -1.0, state)
     # steps between relays are smoothed over their pitch, as a real distribution would
-    grid = np.linspace(-0.1, 1.2, 400)
-    up = np.array([weight @ np.where(a <= v, 1.0, -1.0) for v in grid])
-    down = np.array([weight @ np.where(b < v, 1.0, -1.0) for v in grid])
-    middle = np.interp(x, grid, 0.5 * (up + down))
+    edges = np.arange(m + 1) / m
+    up = np.array([weight @ np.where(a <= v, 1.0, -1.0) for v in edges])
+    down = np.array([weight @ np.where(b < v, 1.0, -1.0) for v in edges])
+    middle = np.interp(x, edges, 0.5 * (up + down))
     return p + size * world.line.top * 0.5 * (_bridge(x, out, turning, 1.0 / m) - middle)
 
 
