@@ -9,7 +9,10 @@ import numpy as np
 from fem_spa.output.compare import cost, paint, save
 from fem_spa.output.style import figure
 from fem_spa.run import run_deck
-from fem_spa.solid.problem import Row
+from fem_spa.solid.observe import Silent
+from fem_spa.solid.obstacle_distance import distance
+from fem_spa.solid.problem import Problem, Row, State
+from fem_spa.solid.space import Space
 
 SUMMARY = "three composite fingers on a sphere of 100 mm: pressure of first touch, grip force over pressure"
 DECK = Path(__file__).with_suffix(".toml")
@@ -24,9 +27,29 @@ MODEL, BENCH = 28.7, 29.0
 """kPa in the slow module when it reaches the sphere: the paper's model, and its bench (section 4)."""
 
 
+SEVENTH = (56.0, 63.0)
+"""mm along the finger: the slow module's seventh chamber, with which the paper seeks the touch."""
+
+
+class Touch(Silent):
+    """The observer that notes where along the finger (mm from its base, at rest) it first presses."""
+
+    def __init__(self) -> None:
+        self.place: float | None = None
+
+    def start(self, problem: Problem, space: Space) -> None:
+        self.sphere, self.points = problem.obstacles[0], space.points
+
+    def converged(self, state: State, row: Row, fraction: float) -> None:
+        if self.place is None and np.any(on_sphere(row)):
+            gap = distance(self.sphere, self.points + state.displacement)[0]
+            self.place = 1e3 * float(self.points[int(np.argmin(gap)), 0])
+
+
 def run(out: Path) -> int:
     """Solve the deck beside this file into `out`; prints and draws the forces of the grip."""
-    outcome = run_deck(DECK, out)
+    seen = Touch()
+    outcome = run_deck(DECK, out, observers=[seen])
     rows = outcome.result.rows
     print("slow [kPa]   fast [kPa]   force a finger [N]   towards the axis [N]   along it [N]")
     for row in rows:
@@ -37,10 +60,11 @@ def run(out: Path) -> int:
                 f" {np.linalg.norm(force):20.3f} {-force[2]:22.3f} {force[0]:14.3f}"
             )
     touch = outcome.result.touch_pressure
-    if touch:
+    if touch and seen.place is not None:
         print(
             f"The finger reaches the sphere at {touch['slow'] / 1e3:.1f} kPa in the slow module;\n"
-            f"the paper's model says {MODEL} kPa, its bench {BENCH:.0f} kPa."
+            f"the paper's model says {MODEL} kPa, its bench {BENCH:.0f} kPa.\nIt first presses {seen.place:.0f} mm "
+            f"from its base; the seventh chamber is at {SEVENTH[0]:.0f} to {SEVENTH[1]:.0f} mm."
         )
     last = on_sphere(rows[-1])
     print(
