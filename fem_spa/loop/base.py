@@ -8,8 +8,8 @@ Offsets, and the gain where there is one, are linear and found inside every fit;
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -32,10 +32,12 @@ class Base:
     names, units : outputs and the units shown
     gain : whether a gain of the output is refitted
     free : names of the other refitted parameters
-    values, low, high : (k,) their natural logarithms
+    values, low, high : (k,) their natural logarithms, or that of a factor on them (`factor`)
     respond : (data, pressures (n, m), values) -> (n, d) response in SI
     still : whether the response has no memory of its own
     slow : whether a call costs seconds
+    factor, together : whether `values` is a factor on the parameters named in `together`
+    physical : effect -> its response by the model itself with that switch on, (data) -> (n, d) for size one
     """
 
     model: ReducedModel
@@ -49,16 +51,30 @@ class Base:
     respond: Respond
     still: bool = True
     slow: bool = False
+    factor: bool = False
+    together: tuple[str, ...] = ()
+    physical: Mapping[str, Callable[[Data], np.ndarray]] = field(default_factory=dict)
+
+    def refitted(self) -> dict[str, float]:
+        """Name -> value in SI of the refitted parameters, inside their bounds."""
+        found = dict(zip(self.free, np.exp(self.values), strict=True))
+        if self.factor:
+            size = float(np.exp(self.values[0])) if len(self.values) else 1.0
+            found = {n: self.model.parameters[n].value * size for n in self.together}
+        bounds = self.model.parameters
+        return {n: float(np.clip(v, bounds[n].low, bounds[n].high)) for n, v in found.items()}
 
     def with_values(self, values: np.ndarray) -> Base:
         """A copy that starts from other values."""
         return replace(self, values=np.asarray(values, float))
 
 
-def base_of(model: ReducedModel, p_low: np.ndarray, p_high: np.ndarray) -> Base:
-    """The base for a model whose chambers are driven between `p_low` and `p_high` (m,) Pa."""
-    names = tuple(o.name for o in model.outputs)
-    units = tuple(o.unit for o in model.outputs)
+def base_of(model: ReducedModel, outputs: Sequence[str], p_low: np.ndarray, p_high: np.ndarray) -> Base:
+    """The base for `outputs` of a model whose chambers are driven between `p_low` and `p_high` (m,) Pa."""
+    every = [o.name for o in model.outputs]
+    columns = tuple(every.index(name) for name in outputs)
+    names = tuple(outputs)
+    units = tuple(model.outputs[j].unit for j in columns)
     if model.kind == "kelvin-voigt":
         return _kelvin_voigt(model, names, units)
     if model.kind == "curve":
@@ -68,10 +84,10 @@ def base_of(model: ReducedModel, p_low: np.ndarray, p_high: np.ndarray) -> Base:
     if model.kind == "rod":
         from fem_spa.loop.base_rod import rod_base
 
-        return rod_base(model, names, units, p_low, p_high)
+        return rod_base(model, columns, p_low, p_high)
     from fem_spa.loop.base_still import still_base
 
-    return still_base(model, names, units, p_low, p_high)
+    return still_base(model, columns, p_low, p_high)
 
 
 def _table(model: ReducedModel, p_low: np.ndarray, p_high: np.ndarray) -> Respond:

@@ -38,17 +38,32 @@ class Chain:
 
     def context(self, data: Data) -> Context:
         """What blocks know."""
-        return Context(data, self.scale, self.rest, self.base.names, self.p_max, self.cycles, self.seconds)
+        return Context(
+            data,
+            self.scale,
+            self.rest,
+            self.base.names,
+            self.p_max,
+            self.cycles,
+            self.seconds,
+            self.base.physical,
+        )
 
     def predict(self, data: Data) -> np.ndarray:
         """(n, d) outputs in SI."""
         response = self.response(data, self.thetas, self.base.values)
         return np.asarray(self.gain * response + self.offset)
 
-    def response(self, data: Data, thetas: Sequence[np.ndarray], values: np.ndarray) -> np.ndarray:
-        """(n, d) before gain and offset."""
+    def response(
+        self,
+        data: Data,
+        thetas: Sequence[np.ndarray],
+        values: np.ndarray,
+        pressure: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """(n, d) before gain and offset; `pressure` in place of the commanded one."""
         context = self.context(data)
-        pressure = data.pressure
+        pressure = data.pressure if pressure is None else pressure
         for effect, theta in zip(self.effects, thetas, strict=True):
             if effect.slot in ("input", "actuation"):
                 pressure = effect.apply(context, pressure, theta)
@@ -72,6 +87,6 @@ def around(chain: Chain) -> Base:
     """A base whose response is that of a whole chain: new blocks go around it, its own stay as they are."""
 
     def respond(data: Data, pressure: np.ndarray, values: np.ndarray) -> np.ndarray:
-        return chain.response(replace(data, pressure=pressure), chain.thetas, values)
+        return chain.response(data, chain.thetas, values, pressure)
 
     return replace(chain.base, respond=respond, still=False)

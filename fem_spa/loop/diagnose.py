@@ -26,7 +26,7 @@ from fem_spa.loop.learner import learn
 from fem_spa.loop.model_file import Source, read_source, source_tables
 from fem_spa.loop.noise import Whitener
 from fem_spa.loop.pneumatic import SETTLED_BY_PRESSURE, Pneumatics, pneumatics
-from fem_spa.loop.prepare import Case, before, prepare, train_runs
+from fem_spa.loop.prepare import Case, before, outputs_of, prepare, train_runs
 from fem_spa.loop.records import NoTime, Record, read_records
 from fem_spa.loop.report_json import (
     clean,
@@ -89,8 +89,7 @@ def diagnose(
     except NoTime as reason:
         return _insufficient(str(reason), [], (), source, files, seed, out)
     parted = split(records, holdout, seed)
-    names = [o.name for o in source.model.outputs]
-    _check(source, parted, names)
+    names = outputs_of(source.model, parted.records)
     why = insufficient(parted.records, parted.train, names)
     if why is not None:
         return _insufficient(why, parted.records, parted.train, source, files, seed, out)
@@ -111,13 +110,6 @@ def _together(paths: Sequence[Path], holdout: Sequence[Path]) -> list[Path]:
     if twice:
         raise InputError(f"record {twice[0]} is given twice; give each once")
     return list(seen.values())
-
-
-def _check(source: Source, parted: Split, names: Sequence[str]) -> None:
-    from fem_spa.loop.prepare import check_fit
-
-    for record in parted.records:
-        check_fit(record, source.model, list(names))
 
 
 def _study(source: Source, parted: Split, seed: int, say: Callable[[str], None]) -> Study:
@@ -365,7 +357,8 @@ def _insufficient(
     out: Path,
 ) -> Outcome:
     """A report that says why nothing can be told."""
-    names = [o.name for o in source.model.outputs]
+    have = set(records[0].outputs) if records else set()
+    names = [o.name for o in source.model.outputs if not have or o.name in have]
     report: dict[str, Any] = {
         "verdict": "insufficient",
         "effects": [],

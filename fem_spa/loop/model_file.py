@@ -17,7 +17,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -73,7 +73,7 @@ def read_source(path: Path) -> Source:
     if isinstance(table, Mapping) and table.get("kind") == "fem":
         from fem_spa.loop.base_fem import solved_deck
 
-        model = solved_deck(table, path.parent)
+        model = cast(ReducedModel, solved_deck(table, path.parent))
     else:
         model = read_model(path)
     given = tables.get("effects", {})
@@ -126,15 +126,16 @@ def _scales(path: Path, table: Any, outputs: int) -> dict[str, Any]:
 def source_tables(source: Source, chain: Chain) -> dict[str, Any]:
     """The tables of a model file: refitted base, the effects it brought and those of `chain`."""
     base = chain.base
-    values: dict[str, float] = dict(zip(base.free, np.exp(base.values), strict=True))
+    values = base.refitted()
     parameters = source.model.parameters
     if base.gain and "gain" in parameters:
         values["gain"] = chain.gain * parameters["gain"].value
-    if "offset" in parameters and len(chain.offset) == 1:
-        own = parameters["offset"].value * chain.gain if base.gain else 0.0
-        values["offset"] = own + float(chain.offset[0])
-    inside = {k: v for k, v in values.items() if k in parameters}
-    inside = {k: float(np.clip(v, parameters[k].low, parameters[k].high)) for k, v in inside.items()}
+    for name, offset in zip(base.names, chain.offset, strict=True):
+        key = "offset" if len(base.names) == 1 else f"offset_{name}"
+        if key in parameters:
+            own = 0.0 if source.model.kind == "kelvin-voigt" else parameters[key].value
+            values[key] = own * (chain.gain if base.gain else 1.0) + float(offset)
+    inside = {k: float(np.clip(v, parameters[k].low, parameters[k].high)) for k, v in values.items()}
     tables: dict[str, Any] = {"model": source.model.with_values(**inside).table()}
     both = [*zip(source.effects, source.thetas, strict=True), *zip(chain.effects, chain.thetas, strict=True)]
     if both:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,34 +47,41 @@ def prepare(source: Source, parted: Split, rows: int = ROWS) -> Case:
     InputError
         where records and model do not fit: outputs, number of pressures
     """
-    model = source.model
-    names = [o.name for o in model.outputs]
-    for record in parted.records:
-        check_fit(record, model, names)
+    names = outputs_of(source.model, parted.records)
     data = build(parted.records, parted.train, names, rows)
     full = build(parted.records, parted.train, names, 10**9)
-    return Case(parted, data, full, before(base_for(source, data), data))
+    return Case(parted, data, full, before(base_for(source, names, data), data))
 
 
-def check_fit(record: Record, model: ReducedModel, names: list[str]) -> None:
-    """InputError where a record and the model are not of the same quantities."""
-    missing = [name for name in names if name not in record.outputs]
-    if missing:
-        raise InputError(
-            f"record {record.path} has {', '.join(record.outputs)}; the model ('{model.kind}') gives "
-            f"{', '.join(names)}: they must be the same quantity"
-        )
-    if record.pressures.shape[1] != model.chambers:
-        raise InputError(
-            f"record {record.path} has {record.pressures.shape[1]} pressure(s), the model ('{model.kind}') "
-            f"takes {model.chambers}"
-        )
+def outputs_of(model: ReducedModel, records: Sequence[Record]) -> list[str]:
+    """The outputs that model and records share: an angle, else a displacement or force, else the coordinates.
+
+    Raises
+    ------
+    InputError
+        where they share none, or the number of pressures is not the model's
+    """
+    given = [o.name for o in model.outputs]
+    for record in records:
+        if record.pressures.shape[1] != model.chambers:
+            raise InputError(
+                f"record {record.path} has {record.pressures.shape[1]} pressure(s), the model "
+                f"('{model.kind}') takes {model.chambers}"
+            )
+        if not set(given) & set(record.outputs):
+            raise InputError(
+                f"record {record.path} has {', '.join(record.outputs)}; the model ('{model.kind}') gives "
+                f"{', '.join(given)}: they must be the same quantity"
+            )
+    shared = [name for name in given if all(name in record.outputs for record in records)]
+    first = next((n for n in ("angle", "displacement", "force") if n in shared), None)
+    return shared if first is None else [first]
 
 
-def base_for(source: Source, data: Data) -> Base:
+def base_for(source: Source, names: Sequence[str], data: Data) -> Base:
     """The base, prepared for the pressures of the records, with the effects that its file brought around
     it."""
-    base = base_of(source.model, data.pressure.min(axis=0), data.pressure.max(axis=0))
+    base = base_of(source.model, names, data.pressure.min(axis=0), data.pressure.max(axis=0))
     if not source.effects:
         return base
     return around(source.chain(base))

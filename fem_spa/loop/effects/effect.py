@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -44,6 +44,7 @@ class Context:
     rest : (d,) its response at zero pressure
     names : outputs
     p_max, cycles, seconds : what shares of pressure, of all cycles and of all time mean
+    physical : effect -> response of size one by the base model itself with that switch on
     """
 
     data: Data
@@ -53,6 +54,7 @@ class Context:
     p_max: float
     cycles: float
     seconds: float
+    physical: Mapping[str, Callable[[Data], np.ndarray]] = field(default_factory=dict)
 
     @property
     def q(self) -> np.ndarray:

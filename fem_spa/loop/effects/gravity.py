@@ -10,6 +10,9 @@ def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Turn by the body's weight."""
     if theta[0] == 0.0:
         return response
+    own = ctx.physical.get("gravity")
+    if own is not None:
+        return np.asarray(response + theta[0] * own(ctx.data))
     return weighed(ctx, response, np.full(len(response), theta[0]), tip=False)
 
 
@@ -20,6 +23,10 @@ def orientations(ctx: Context) -> int:
 
 def untestable(ctx: Context) -> str | None:
     """Without an angle, one orientation is an offset."""
+    if "gravity" in ctx.physical:
+        return None
+    if ctx.physical:
+        return "the model has it already"
     if "angle" not in ctx.names and orientations(ctx) < 2:
         return "one orientation only: weight is a constant offset there"
     return None

@@ -17,12 +17,17 @@ def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Turn by a weight at the tip, in proportion to the payload where it is stated."""
     if theta[0] == 0.0:
         return response
+    own = ctx.physical.get("payload")
+    if own is not None:
+        return np.asarray(response + (theta[0] * loads(ctx))[:, None] * own(ctx.data))
     return weighed(ctx, response, theta[0] * loads(ctx), tip=True)
 
 
 def untestable(ctx: Context) -> str | None:
     """Stated as zero throughout: there is none."""
     train = ctx.data.train
+    if "payload" in ctx.physical:
+        return "the payload is the model's own" if ctx.data.payload.max() > 0.0 else None
     if ctx.data.weighed and float(ctx.data.payload[train].max()) == 0.0:
         return "every training record states a payload of zero"
     if ctx.data.weighed and len(np.unique(ctx.data.payload[train])) > 1:

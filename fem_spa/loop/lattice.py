@@ -1,0 +1,54 @@
+"""Quantisation: the residual is a saw over the prediction; claimed where rounding the prediction brings
+it closer."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fem_spa.loop.compose import Chain
+from fem_spa.loop.data import Data
+from fem_spa.loop.effects.quantisation import EFFECT
+
+TEETH = (4.0, 160.0)
+"""Teeth of the saw over the span, fewest and most, that are looked for."""
+LEAST_SHARE = 0.2
+"""Share of the residual's variance that the saw's first harmonic must have (a pure saw has 61 %)."""
+LEAST_GAIN = 0.1
+"""Share of the training error that rounding must take off."""
+
+
+def lattice_theta(chain: Chain, data: Data) -> np.ndarray | None:
+    """(step, phase) of the effect on top of a chain, or None where no lattice shows that matters."""
+    if data.output.shape[1] != 1:
+        return None
+    rows = data.train & data.known
+    response = chain.response(data, chain.thetas, chain.base.values)[rows, 0]
+    share = response / chain.scale[0]
+    residual = (data.output[rows, 0] - float(chain.offset[0])) / (chain.gain * chain.scale[0]) - share
+    residual = residual - residual.mean()
+    spread = float(np.var(residual))
+    if spread <= 0.0 or np.ptp(share) <= 0.0:
+        return None
+    teeth = np.arange(TEETH[0], TEETH[1], 0.1) / np.ptp(share)
+    keep = slice(None, None, max(len(share) // 6000, 1))
+    wave = np.exp(2j * np.pi * np.outer(teeth, share[keep]))
+    power = 2.0 * np.abs(wave @ residual[keep]) ** 2 / len(share[keep]) ** 2 / spread
+    best = int(np.argmax(power))
+    if power[best] < LEAST_SHARE:
+        return None
+    theta = _refined(share[keep], residual[keep], 1.0 / teeth[best])
+    rounded = chain.with_effects((*chain.effects, EFFECT), (*chain.thetas, theta))
+    errors = [float(np.sqrt(np.mean((data.output - c.predict(data))[rows] ** 2))) for c in (chain, rounded)]
+    return theta if errors[1] < (1.0 - LEAST_GAIN) * errors[0] else None
+
+
+def _refined(share: np.ndarray, residual: np.ndarray, step: float) -> np.ndarray:
+    """Step and phase that leave least, on grids around the first guess."""
+    best, found = np.inf, np.array([step, 0.0])
+    for size in step * np.linspace(0.97, 1.03, 25):
+        for phase in size * np.linspace(0.0, 1.0, 20, endpoint=False):
+            saw = phase + size * np.round((share - phase) / size) - share
+            left = float(np.mean((residual - saw) ** 2))
+            if left < best:
+                best, found = left, np.array([size, phase])
+    return found
