@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fem_spa.reduced.rod import Rod, straight
+from fem_spa.reduced.rod import Rod
+from fem_spa.reduced.rod_section import straight
 
 
 def peer_tip(model: Rod, strain: np.ndarray, grid: float, step: float) -> tuple[np.ndarray, float]:

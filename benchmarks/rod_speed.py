@@ -16,7 +16,6 @@ import math
 import os
 import platform
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -25,8 +24,9 @@ from pathlib import Path
 import numpy as np
 
 from fem_spa.reduced.model import Drive
-from fem_spa.reduced.rod import GRID, SAFE, Rod, arm, largest_step
+from fem_spa.reduced.rod import GRID, SAFE, Rod, arm
 from fem_spa.reduced.rod_protocols import PROTOCOLS
+from fem_spa.reduced.rod_section import largest_step
 from fem_spa.reduced.valve import valve_pressure
 
 PAGE = Path(__file__).parents[1] / "docs" / "rod.md"
@@ -131,4 +131,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

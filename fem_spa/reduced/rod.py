@@ -9,13 +9,14 @@
     valve = true                 # false: no threshold, no transient, no delay
     modulus = "1.6464 MPa"       # any parameter by its name
     clamp = "element"            # holds the whole first element, as PyElastica; "base": its frame alone
+    integration = "explicit"     # PyElastica's scheme; "modal": implicit, in few strain modes, faster
     law = "law.csv"              # one chamber's actuation from FE (rod_law.py) in place of (24)-(26)
 
-The base is at the origin, z up, the rest tip at (0, 0, -190 mm); chamber 1 on +y, 2 at (+x, -y), 3 at (-x,
--y). `orientation` of a drive turns gravity in the y-z plane: at 90 deg the arm lies level and the bending
-that chamber 1 makes lifts it. The tip is given in the frame of the base. The mass is shared by the nodes,
-ends half; the arm starts at rest under gravity, unpressurised. See docs/rod.md for the scheme and what was
-measured with it.
+The base is at the origin, z up, the rest tip at (0, 0, -190 mm); chamber 1 on +y, 2 at (+x, -y), 3 at
+(-x, -y). `orientation` of a drive turns gravity in the y-z plane: at 90 deg the arm lies level and the
+bending that chamber 1 makes lifts it. The tip is given in the frame of the base. The mass is shared by the
+nodes, ends half; the arm starts at rest under gravity, unpressurised. docs/rod.md has the scheme and what
+was measured.
 """
 
 from __future__ import annotations
@@ -32,18 +33,23 @@ from fem_spa.errors import InputError
 from fem_spa.reduced.checks import check_drive
 from fem_spa.reduced.model import Drive, Output, Parameter, Range
 from fem_spa.reduced.rod_actuation import spontaneous
-from fem_spa.reduced.rod_kernel import CLAMP, verlet
+from fem_spa.reduced.rod_kernel import verlet
 from fem_spa.reduced.rod_law import RodLaw, read_law
+from fem_spa.reduced.rod_modal import bases, implicit
 from fem_spa.reduced.rod_parameters import CHAMBERS, preset
-from fem_spa.reduced.rod_section import Discrete, discrete
+from fem_spa.reduced.rod_section import Discrete, discrete, largest_step, straight
 from fem_spa.reduced.rod_static import equilibria
 from fem_spa.reduced.tables import changed, common_table, read_parameters, read_valid, refuse_unknown
 from fem_spa.reduced.valve import Valve, valve_pressure
 from fem_spa.units import brief, quantity
 
 SWITCHES = ("gravity", "damping", "strain_gains", "valve")
+CHOICES = {"clamp": ("element", "base"), "integration": ("explicit", "modal")}
+"""Words that a key may have, the default first."""
 GRID = 1e-3
 """s; spacing of the pressures that a time loop gets."""
+MODAL_GRID = 1e-2
+"""s; step of the implicit integration."""
 SAFE = 0.9
 """Of the largest stable explicit step."""
 _OUTPUTS = (Output("x", "mm"), Output("y", "mm"), Output("z", "mm"))
@@ -51,7 +57,7 @@ _OUTPUTS = (Output("x", "mm"), Output("y", "mm"), Output("z", "mm"))
 
 @dataclass(frozen=True, eq=False)
 class Rod:
-    """The arm; `parameters` of rod_parameters.py, four switches, the law of a chamber or None, the clamp."""
+    """The arm: `parameters` of rod_parameters.py, four switches, the law of a chamber or None, choices."""
 
     parameters: Mapping[str, Parameter]
     gravity: bool = True
@@ -60,6 +66,7 @@ class Rod:
     valve: bool = True
     law: RodLaw | None = None
     clamp: str = "element"
+    integration: str = "explicit"
     valid: Range | None = None
     preset: str = "am-i-support"
     kind: str = "rod"
@@ -107,9 +114,10 @@ class Rod:
         if not self.damping:
             inside = valve_pressure(time, pressure, self.supply())
             return self.settled(inside, drive.orientation, drive.payload)
-        grid = time[0] + GRID * np.arange(math.ceil((time[-1] - time[0]) / GRID - 1e-9) + 1)
+        step, march = (MODAL_GRID, self.glide) if self.integration == "modal" else (GRID, self.march)
+        grid = time[0] + step * np.arange(math.ceil((time[-1] - time[0]) / step - 1e-9) + 1)
         inside = valve_pressure(time, pressure, self.supply(), at=grid)
-        tip = self.march(self.strains(inside), GRID, drive.orientation, drive.payload)
+        tip = march(self.strains(inside), step, drive.orientation, drive.payload)
         return np.column_stack([np.interp(time, grid, column) for column in tip.T])
 
     def settled(self, pressure: np.ndarray, orientation: float = 0.0, payload: float = 0.0) -> np.ndarray:
@@ -152,12 +160,26 @@ class Rod:
         _, r, Q = self.rest(self.strains(np.zeros((1, CHAMBERS))), orientation, payload)
         substeps = max(1, math.ceil(grid / min(value["time_step"], SAFE * largest_step(rod, value)) - 1e-9))
         v, w = np.zeros_like(r), np.zeros((rod.n, 3))
-        extra, pull, slow = self._payload(payload), self.pull(orientation), value["translational_damping"]
+        dt = grid / substeps
+        extra, pull, slow = self._payload(payload), self.pull(orientation), math.log1p(rod.viscous * dt) / dt
         stiff = (self.hinge, rod.length, rod.mass, extra, rod.inertia, rod.axial, rod.bending)
-        tip = verlet(r, v, Q, w, strain, substeps, grid / substeps, *stiff, pull, slow, rod.slow)
+        tip = verlet(r, v, Q, w, strain, substeps, dt, *stiff, pull, slow, rod.slow)
         if not np.all(np.isfinite(tip)):
             raise InputError("the rod's motion grows without bound; give a smaller model.time_step")
         return self._placed(tip)
+
+    def glide(self, strain: np.ndarray, grid: float, orientation: float, payload: float) -> np.ndarray:
+        """As `march`, implicit in strain modes; where that fails, the explicit loop takes over."""
+        rod = self.discrete()
+        mass = rod.mass.copy()
+        mass[-1] += self._payload(payload)
+        weight = mass[:, None] * self.pull(orientation)
+        stiff = (self.hinge, rod.length, rod.axial, rod.bending)
+        path = np.vstack([self.strains(np.zeros((1, CHAMBERS))), strain[1:]])
+        tip = implicit(path, grid, weight, mass, rod.mass, rod.viscous, *bases(rod.n), *stiff)
+        if np.all(np.isfinite(tip)):
+            return self._placed(tip)
+        return self.march(strain, grid, orientation, payload)
 
     def pull(self, orientation: float) -> np.ndarray:
         """(3,) gravity in the frame of the clamp, m/s^2; zero where it is switched off."""
@@ -184,22 +206,10 @@ class Rod:
         names = [n for n, p in self.parameters.items() if p != base[n]]
         table = common_table(self.kind, self.parameters, self.valid, self.outputs, names)
         table = {"kind": self.kind, "preset": self.preset} | {s: getattr(self, s) for s in SWITCHES} | table
-        table |= {"clamp": self.clamp} if self.hinge else {}
+        table |= {
+            name: getattr(self, name) for name, words in CHOICES.items() if getattr(self, name) != words[0]
+        }
         return table | ({"law": self.law.table()} if self.law is not None else {})
-
-
-def straight(rod: Discrete) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes (n + 1, 3) and directors (n, 9) at rest: from the origin down, {d1, d2, d3} = {-x, y, -z}."""
-    r = np.zeros((rod.n + 1, 3))
-    r[:, 2] = -rod.length * np.arange(rod.n + 1)
-    return r, np.tile(CLAMP, (rod.n, 1))
-
-
-def largest_step(rod: Discrete, value: Mapping[str, float]) -> float:
-    """The explicit step at which the stiffest wave of the unstretched rod would grow, s."""
-    spin = max((4 * rod.bending[0] / rod.length + rod.axial[0] * rod.length) / rod.inertia[0], 0.0)
-    shift = 4 * rod.axial[2] / (rod.length * rod.mass[1])
-    return 2.0 / math.sqrt(max(spin, shift))
 
 
 def arm(name: str = "am-i-support") -> Rod:
@@ -217,7 +227,7 @@ def read(table: Mapping[str, Any], where: Path) -> Rod:
     if "preset" not in table:
         raise InputError("given no model.preset: kind 'rod' needs one; write preset = 'am-i-support'")
     base = preset(table["preset"])
-    refuse_unknown(table, (*base, "preset", *SWITCHES, "law", "clamp"))
+    refuse_unknown(table, (*base, "preset", *SWITCHES, *CHOICES, "law"))
     parameters = read_parameters(table, base)
     switches: dict[str, bool] = {}
     for name in SWITCHES:
@@ -233,12 +243,12 @@ def read(table: Mapping[str, Any], where: Path) -> Rod:
     n = parameters["elements"].value
     if n != round(n):
         raise InputError(f"given {n:g} for model.elements: a whole number is needed")
-    clamp = table.get("clamp", "element")
-    if clamp not in ("element", "base"):
-        raise InputError(f"given {brief(clamp)} for model.clamp: allowed are 'element' and 'base'")
-    rod = Rod(
-        parameters, law=law, clamp=clamp, valid=read_valid(table, _OUTPUTS), preset=str(table["preset"])
-    )
+    chosen = {name: table.get(name, words[0]) for name, words in CHOICES.items()}
+    for name, word in chosen.items():
+        if word not in CHOICES[name]:
+            allowed = " and ".join(f"'{w}'" for w in CHOICES[name])
+            raise InputError(f"given {brief(word)} for model.{name}: allowed are {allowed}")
+    rod = Rod(parameters, law=law, **chosen, valid=read_valid(table, _OUTPUTS), preset=str(table["preset"]))
     rod = rod.switched(**switches)
     rod.discrete()
     return rod

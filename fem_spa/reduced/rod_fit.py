@@ -1,8 +1,9 @@
 """The arm's gains and damping from measured tips: the constrained least squares of (35).
 
-    min over gamma, lambda_t, lambda_r of  sum over records of  1/|D_i| sum over time of |e|^2,   e =
-    measured - model gamma_1 <= gamma_3,  gamma_2 <= gamma_3,  2 gamma_1 <= gamma_2 + gamma_3, 0.9 <=
-    gamma_i <= 1.2,  0 <= lambda_t <= 2000 1/s,  0 <= lambda_r <= 0.01 m^2/s.
+    min over gamma, lambda_t, lambda_r of  sum over records of  1/|D_i| sum over time of |e|^2,
+    e = measured - model,
+    gamma_1 <= gamma_3,  gamma_2 <= gamma_3,  2 gamma_1 <= gamma_2 + gamma_3,
+    0.9 <= gamma_i <= 1.2,  0 <= lambda_t <= 2000 1/s,  0 <= lambda_r <= 0.01 m^2/s.
 
 The paper follows the cost alone (trust region, difference gradient, BFGS). Here the errors themselves are
 differenced: Gauss-Newton with Levenberg's damping, each step a small quadratic problem under the same

@@ -6,8 +6,8 @@ Carlson (SIAM J. Numer. Anal. 17, 1980) runs, which has a continuous derivative 
 rows the end slopes go on. Chambers superpose: curvatures as vectors, strains as numbers.
 
 A CSV file has the columns `pressure [kPa]`, `curvature [1/m]`, `stretch` (axial strain, 0.1 for 10 %) and,
-before its header, optional lines `# bending stiffness: 0.07 N*m^2`, `# axial stiffness: 300 N`, `# source:
-...`.
+before its header, optional lines `# bending stiffness: 0.07 N*m^2`, `# axial stiffness: 300 N`,
+`# source: ...`.
 """
 
 from __future__ import annotations

@@ -1,0 +1,270 @@
+"""The rod's motion in few strain modes, implicit in time: for fits and loops, which need it by the hundred.
+
+Unknowns are the strains' Legendre coefficients along the rod (`BEND` for each curvature, `TWIST`, `SHEAR`,
+`STRETCH`); directors and nodes follow from them on the same grid as in rod_kernel. The balance of forces
+and moments of that grid is taken in the form of the statics: loads summed from the tip give the force in
+each element and, marching back, the moment at each inner point; what is left between these and the
+constitutive law, weighed by the modes, vanishes.
+
+Time enters by the loads: a node pulls with m (g - lambda v - a), v and a by BDF2 from the nodes' positions,
+second order and stable at any step. Left out, against the explicit loop: rotational inertia and rotational
+damping, which are 0.5 % of the inertia and 1e-5 of the damping. Newton with a difference Jacobian that is
+kept until it converges slowly.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from fem_spa.reduced.rod_kernel import CLAMP, turned
+
+BEND, TWIST, SHEAR, STRETCH = 4, 2, 2, 2
+MODES = 2 * BEND + TWIST + 2 * SHEAR + STRETCH
+CLOSE = 1e-6
+"""Newton's last step in strain (curvatures times the length of the rod)."""
+MOST = 40
+
+
+def bases(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Legendre polynomials at the inner points (n, BEND), the first at the clamp; in the elements (n, 2)."""
+    from numpy.polynomial.legendre import legvander
+
+    points, middles = np.arange(n) / n, (np.arange(n) + 0.5) / n
+    return legvander(2 * points - 1, BEND - 1), legvander(2 * middles - 1, max(SHEAR, STRETCH) - 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def balance(q, R, r, v, load, known, rate, drag, strain, inner, middle, hinge, length, axial, bending, work):
+    """What is left of the balance, R (MODES,), at coefficients q (MODES,); fills r, v (n + 1, 3).
+
+    load : (n + 1, 3) constant part of the nodes' loads, N
+    known : (n + 1, 3) m/s: v = rate r + known
+    drag : (n + 1,) kg/s: the load besides is - drag v
+    strain : (3,) spontaneous;  inner, middle : see `bases`;  work : (n, 18) scratch
+    """
+    n = inner.shape[0]
+    free = 0 if hinge else 1
+    whole = n * length
+    for j in range(3):
+        r[0, j] = 0.0
+    Q = work[:, :9]
+    for k in range(n):
+        if k > 0:
+            for j in range(9):
+                Q[k, j] = Q[k - 1, j]
+        else:
+            for j in range(9):
+                Q[k, j] = CLAMP[j]
+        k0 = k1 = k2 = 0.0
+        if k >= free:
+            for j in range(BEND):
+                k0 += inner[k, j] * q[j]
+                k1 += inner[k, j] * q[BEND + j]
+            for j in range(TWIST):
+                k2 += inner[k, j] * q[2 * BEND + j]
+            part = length if k > 0 else 0.5 * length
+            turned(Q, k, k0 * part / whole, k1 * part / whole, k2 * part / whole)
+        s = 2 * BEND + TWIST
+        g0 = g1 = 0.0
+        g2 = 1.0
+        for j in range(SHEAR):
+            g0 += middle[k, j] * q[s + j]
+            g1 += middle[k, j] * q[s + SHEAR + j]
+        for j in range(STRETCH):
+            g2 += middle[k, j] * q[s + 2 * SHEAR + j]
+        work[k, 9], work[k, 10], work[k, 11] = k0, k1, k2
+        work[k, 12], work[k, 13], work[k, 14] = g0, g1, g2
+        work[k, 15] = math.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
+        for j in range(3):
+            r[k + 1, j] = r[k, j] + length * (Q[k, j] * g0 + Q[k, 3 + j] * g1 + Q[k, 6 + j] * g2)
+            v[k + 1, j] = rate * r[k + 1, j] + known[k + 1, j]
+    for j in range(MODES):
+        R[j] = 0.0
+    N0 = N1 = N2 = 0.0
+    M0 = M1 = M2 = 0.0
+    C0 = C1 = C2 = 0.0
+    for k in range(n - 1, -1, -1):
+        N0 += load[k + 1, 0] - drag[k + 1] * v[k + 1, 0]
+        N1 += load[k + 1, 1] - drag[k + 1] * v[k + 1, 1]
+        N2 += load[k + 1, 2] - drag[k + 1] * v[k + 1, 2]
+        a0 = Q[k, 0] * N0 + Q[k, 1] * N1 + Q[k, 2] * N2
+        a1 = Q[k, 3] * N0 + Q[k, 4] * N1 + Q[k, 5] * N2
+        a2 = Q[k, 6] * N0 + Q[k, 7] * N1 + Q[k, 8] * N2
+        g0, g1, g2, e = work[k, 12], work[k, 13], work[k, 14], work[k, 15]
+        p0 = g0 - e * a0 / axial[0]
+        p1 = g1 - e * a1 / axial[1]
+        p2 = g2 - 1.0 - strain[0] - e * a2 / axial[2]
+        s = 2 * BEND + TWIST
+        for j in range(SHEAR):
+            R[s + j] += middle[k, j] * p0
+            R[s + SHEAR + j] += middle[k, j] * p1
+        for j in range(STRETCH):
+            R[s + 2 * SHEAR + j] += middle[k, j] * p2
+        if k < free:
+            continue
+        b0 = M0 + C0 + (g1 * a2 - g2 * a1) * length
+        b1 = M1 + C1 + (g2 * a0 - g0 * a2) * length
+        b2 = M2 + C2 + (g0 * a1 - g1 * a0) * length
+        part = (length if k > 0 else 0.5 * length) / whole
+        k0, k1, k2 = work[k, 9], work[k, 10], work[k, 11]
+        x0, x1, x2 = 0.5 * part * k0, 0.5 * part * k1, 0.5 * part * k2
+        dot = x0 * b0 + x1 * b1 + x2 * b2
+        share = 1.0 / (1.0 + x0 * x0 + x1 * x1 + x2 * x2)
+        M0 = (b0 + x1 * b2 - x2 * b1 + x0 * dot) * share  # M - x cross M = b
+        M1 = (b1 + x2 * b0 - x0 * b2 + x1 * dot) * share
+        M2 = (b2 + x0 * b1 - x1 * b0 + x2 * dot) * share
+        C0, C1, C2 = x1 * M2 - x2 * M1, x2 * M0 - x0 * M2, x0 * M1 - x1 * M0
+        E = 0.5 * (work[k - 1, 15] + e) if k > 0 else e
+        E = E * E * E * whole
+        weight = 1.0 if k > 0 else 0.5
+        p0 = weight * (k0 - strain[1] * whole - E * M0 / bending[0])
+        p1 = weight * (k1 - strain[2] * whole - E * M1 / bending[1])
+        p2 = weight * (k2 - E * M2 / bending[2])
+        for j in range(BEND):
+            R[j] += inner[k, j] * p0
+            R[BEND + j] += inner[k, j] * p1
+        for j in range(TWIST):
+            R[2 * BEND + j] += inner[k, j] * p2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _improve(inverse, s, before, after, y, c):
+    """Broyden's update of the inverse Jacobian by the step s between two residuals; y, c : scratch."""
+    whole = 0.0
+    for i in range(MODES):
+        d = e = 0.0
+        for j in range(MODES):
+            d += inverse[i, j] * (after[j] - before[j])
+            e += s[j] * inverse[j, i]
+        y[i], c[i] = s[i] - d, e
+        whole += s[i] * d
+    if abs(whole) > 1e-30:
+        for i in range(MODES):
+            for j in range(MODES):
+                inverse[i, j] += y[i] * c[j] / whole
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def implicit(strain, step, load, mass, damped, slow, inner, middle, hinge, length, axial, bending):
+    """Tip (m, 3) at points `step` s apart, from rest at the first strain; NaN from where Newton fails.
+
+    Parameters
+    ----------
+    strain : (m, 3) spontaneous sigma_3, kappa_1, kappa_2 at the points
+    load : (n + 1, 3) weights, N;  mass : (n + 1,) with the payload, kg;  damped : (n + 1,) without it
+    slow : lambda_t, 1/s
+    """
+    n = inner.shape[0]
+    out = np.full((strain.shape[0], 3), math.nan)
+    q, dq, last = np.zeros(MODES), np.zeros(MODES), np.zeros(MODES)
+    R, T, y, s, c = np.empty(MODES), np.empty(MODES), np.empty(MODES), np.empty(MODES), np.empty(MODES)
+    r, v, known = np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
+    r1, r2, v1, v2 = np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
+    now = np.empty((n + 1, 3))
+    drag = np.zeros(n + 1)
+    work = np.empty((n, 18))
+    inverse = np.empty((MODES, MODES))
+    J = np.empty((MODES, MODES))
+    rate = 0.0
+    fresh = False
+    for m in range(strain.shape[0]):
+        if m == 0:
+            now[:] = load
+        else:
+            # v = (3 r - 4 r1 + r2) / 2h, a = (3 v - 4 v1 + v2) / 2h
+            rate = 1.5 / step
+            for k in range(n + 1):
+                drag[k] = mass[k] * rate + damped[k] * slow
+                for j in range(3):
+                    known[k, j] = (-2.0 * r1[k, j] + 0.5 * r2[k, j]) / step
+                    now[k, j] = load[k, j] + mass[k] * (2.0 * v1[k, j] - 0.5 * v2[k, j]) / step
+            q += dq
+        before = math.inf
+        done = False
+        fresh = m <= 1
+        for turn in range(MOST):
+            balance(
+                q,
+                R,
+                r,
+                v,
+                now,
+                known,
+                rate,
+                drag,
+                strain[m],
+                inner,
+                middle,
+                hinge,
+                length,
+                axial,
+                bending,
+                work,
+            )
+            if fresh or turn == 8:
+                for j in range(MODES):
+                    y[:] = q
+                    y[j] += 1e-6
+                    balance(
+                        y,
+                        T,
+                        r,
+                        v,
+                        now,
+                        known,
+                        rate,
+                        drag,
+                        strain[m],
+                        inner,
+                        middle,
+                        hinge,
+                        length,
+                        axial,
+                        bending,
+                        work,
+                    )
+                    for i in range(MODES):
+                        J[i, j] = (T[i] - R[i]) / 1e-6
+                if not math.isfinite(J.sum()):
+                    return out
+                inverse[:] = np.linalg.inv(J)
+            elif turn > 0:
+                _improve(inverse, s, T, R, y, c)
+            fresh = False
+            size = 0.0
+            for i in range(MODES):
+                d = 0.0
+                for j in range(MODES):
+                    d -= inverse[i, j] * R[j]
+                s[i] = d
+                size = max(size, abs(d))
+                T[i] = R[i]
+            if not math.isfinite(size):
+                return out
+            if size > 1.0:
+                s /= size
+            q += s
+            if size < CLOSE:
+                done = True
+                break
+            fresh = turn > 1 and size > 0.5 * before
+            before = size
+        if not done:
+            return out
+        balance(
+            q, R, r, v, now, known, rate, drag, strain[m], inner, middle, hinge, length, axial, bending, work
+        )
+        if m == 0:
+            v[:] = 0.0
+            r1[:] = r
+        else:
+            dq[:] = q - last
+        last[:] = q
+        v2[:], r2[:] = v1, r1
+        v1[:], r1[:] = v, r
+        for j in range(3):
+            out[m, j] = r[n, j]
+    return out
