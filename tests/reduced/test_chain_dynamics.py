@@ -52,6 +52,56 @@ def test_the_inertia_is_that_of_the_kinetic_energy() -> None:
     assert pytest.approx(M.T) == M
 
 
+def test_a_payload_is_a_point_mass_at_the_tip() -> None:
+    """Kinetic energy and weight with it are those without it plus the point's."""
+    bare = chain().links
+    links = loaded(bare, 0.03)
+    q, rate = np.random.default_rng(3).standard_normal((2, 5)) * 0.4
+    h = 1e-6
+    tip = (places(bare, q + h * rate)[0][-1] - places(bare, q - h * rate)[0][-1]) / (2 * h)
+    more = rate @ (inertia_matrix(links, q) - inertia_matrix(bare, q)) @ rate
+    assert more == pytest.approx(0.03 * abs(tip) ** 2, rel=1e-7)
+    lifted = places(bare, q)[0][-1].real - bare.rest.real
+    assert energy(links, q, 9.0 + 0j) - energy(bare, q, 9.0 + 0j) == pytest.approx(-0.03 * 9.0 * lifted)
+
+
+def test_the_mass_is_spread_along_the_segments() -> None:
+    """The inertia about the first joint is that of the segments and the end cut into a thousand points
+    each."""
+    model = chain()
+    links = model.links
+    joints, _ = places(links, np.zeros(5))
+    length = 2 * 8e-3 + 4 * model.values(0)["length"] * np.sin(model.values(0)["fold"])
+    share = (np.arange(1000) + 0.5) / 1000
+    end = 0.04 * 8e-3 / length
+    total = 0.0
+    for j, mass in enumerate([*[(0.04 - 2 * end) / 4] * 4, end]):
+        first = joints[j] if j < 4 else joints[5] - 8e-3
+        total += mass * np.mean(np.abs(first + share * (joints[j + 1] - first) - joints[0]) ** 2)
+    assert inertia_matrix(links, np.zeros(5))[0, 0] == pytest.approx(total, rel=1e-5)
+
+
+@needs_mujoco
+def test_between_samples_the_pressure_runs_linearly() -> None:
+    """A ramp given by its ends moves the chain as the same ramp given finely."""
+    model = replace(chain(damping="0.002 N*m*s/rad"), dynamics=True)
+    ends, fine = np.array([0.0, 0.3]), np.linspace(0, 0.3, 31)
+    one, other = (model.simulate(Drive(t, 1e6 * t[:, None]))[-1] for t in (ends, fine))
+    assert one == pytest.approx(other, abs=2e-3 * np.max(np.abs(other - model.links.rest.real)))
+
+
+@needs_mujoco
+def test_half_folds_have_half_the_hysteresis() -> None:
+    """One segment between two ends has half folds only."""
+    law = {"A": 0.4, "beta": 8, "alpha": 2}
+    keys = {"segments": 1, "hysteresis": law, "gravity": False, "damping": "0.0002 N*m*s/rad"}
+    model = chain(**keys)
+    slow = sine_drive(200e3, 0.5, 1.0, samples=200)
+    moving, still = replace(model, dynamics=True).turns(slow), model.turns(slow)
+    bare = replace(model, hysteresis=None).turns(slow)
+    assert moving == pytest.approx(still, abs=0.06 * np.max(np.abs(still - bare)))
+
+
 @needs_mujoco
 def test_mujoco_has_the_same_chain() -> None:
     """Its inertia matrix and its forces of weight and springs are ours, at a bent state."""
