@@ -61,10 +61,14 @@ def run(out: Path) -> int:
             )
     touch = outcome.result.touch_pressure
     if touch and seen.place is not None:
+        free = [(row.pressure["slow"], row.gap or 0.0) for row in rows if not np.any(on_sphere(row))]
+        rate = (free[-2][1] - free[-1][1]) / (free[-1][0] - free[-2][0])
         print(
             f"The finger reaches the sphere at {touch['slow'] / 1e3:.1f} kPa in the slow module;\n"
-            f"the paper's model says {MODEL} kPa, its bench {BENCH:.0f} kPa.\nIt first presses {seen.place:.0f} mm "
-            f"from its base; the seventh chamber is at {SEVENTH[0]:.0f} to {SEVENTH[1]:.0f} mm."
+            f"the paper's model says {MODEL} kPa, its bench {BENCH:.0f} kPa.\n"
+            f"It first presses {seen.place:.0f} mm from its base; the seventh chamber is at "
+            f"{SEVENTH[0]:.0f} to {SEVENTH[1]:.0f} mm.\n"
+            f"Just before the gap closes by {1e6 * rate:.1f} mm a kPa: so much does the finger's seat matter."
         )
     last = on_sphere(rows[-1])
     print(
