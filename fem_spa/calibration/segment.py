@@ -10,7 +10,8 @@ R the rotation of the far one against the near one over the rest distance L, its
 curvature, and the arc through both, |d| (phi / 2) / sin(phi / 2), gives the stretch.
 
 Bending and axial stiffness come from two runs without pressure: a small dead force on the tip, across and
-along. M at the middle of the gauge is force times distance to the tip.
+along. M at the middle of the gauge is force times distance to the tip; a pull beside the line bends, too, and
+what the line lengthens by that is taken off.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class SegmentLaw:
 
     pressure : (m,) Pa, from 0;  curvature : (m,) 1/m, away from the chamber
     stretch : (m,) axial strain of the line through the axis of the drawing
-    bending_stiffness, axial_stiffness : N m^2 and N of the whole section at rest
+    bending_stiffness, axial_stiffness : N m^2 and N of the whole section at rest; axial None: it keeps its length
     moment : (m,) N m, what would hold the piece straight: bending stiffness times curvature
     gauge : m, length over which it was read;  source : in words;  status : of the FE run
     """
@@ -49,7 +50,7 @@ class SegmentLaw:
     curvature: np.ndarray
     stretch: np.ndarray
     bending_stiffness: float
-    axial_stiffness: float
+    axial_stiffness: float | None
     gauge: float
     source: str
     status: str = "done"
@@ -235,8 +236,11 @@ def stiffness(
     axis: np.ndarray | None = None,
     steps: StepControl | None = None,
     across: np.ndarray | None = None,
-) -> tuple[float, float]:
-    """Bending (N m^2) and axial (N) stiffness at rest between the sections, in the plane of `across` (3,)."""
+) -> tuple[float, float | None]:
+    """Bending (N m^2) and axial (N) stiffness at rest between the sections, in the plane of `across` (3,).
+
+    Axial None: the line hardly lengthens at all (it runs along a stiff layer).
+    """
     gauge = Gauge(near, far, reach, axis)
     mu = max(m.law.shear_modulus(**m.parameters) for m in problem.materials.values())
     zero = {c: 0.0 for c in problem.mesh.cavities}
@@ -255,13 +259,19 @@ def stiffness(
     guess = _SMALL * mu * float(np.sort(extent)[0]) ** 2
     gauge.start(problem, _space(problem))
     along = gauge.along
-    _, strain = turned(guess * along)
-    axial = guess / strain
     side = across if across is not None else _side(problem, along)
-    push = guess * 0.1
-    curvature, _ = turned(push * side)
-    lever = gauge.total - 0.5 * sum(gauge.places)
-    return float(push * lever / (np.cross(curvature, along) @ side)), float(axial)
+    about = np.cross(along, side)
+    # compliances: curvature and strain of a moment, then strain of a force on the line alone
+    push = 0.1 * guess
+    curvature, strain = turned(push * side)
+    moment = push * (gauge.total - 0.5 * sum(gauge.places))
+    bending, cross = moment / float(curvature @ about), strain / moment
+    _, strain = turned(guess * along)
+    tip = Angle(replace(problem, angle="tip-face"), _space(problem)).tip(np.zeros_like(gauge.points))
+    eccentric = guess * float(np.cross(tip - gauge.sections[0][2], along) @ about)
+    own = strain - cross * eccentric
+    # along an inextensible layer what is left is the sections' warping
+    return float(bending), float(guess / own) if own > 0.1 * abs(cross * eccentric) else None
 
 
 def _space(problem: Problem) -> Space:

@@ -154,3 +154,29 @@ def test_ctrl_c_keeps_the_best_so_far(records, monkeypatch):
     assert table["parameters"]["k1"]["low"] is None
     assert table["error"]["train"]["after"] <= table["error"]["train"]["before"]
     assert math.isfinite(read_model("o/calibrated.toml").parameters["k1"].value)
+
+
+def test_law_of_a_piece(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("piece.toml").write_text(DECK.replace("fast_chambers = 1", "fast_chambers = 3"))
+    call = ["calibrate", "piece.toml", "--segment", "fast", "--gauge", "8 mm", "15 mm", "--reach", "3 mm"]
+    extra = ["--set", "loads.pressure='2 kPa'", "--set", "materials.body.density='1080 kg/m^3'"]
+    row = ["--count", "6", "--pitch", "7 mm"]
+    assert main([*call, *extra, *row, "--out", "law"]) == 0
+    assert "bending stiffness" in capsys.readouterr().out
+    rod = {"kind": "rod", "preset": "am-i-support", "law": "law.csv"}
+    law = read_model({"model": rod}, Path("law")).law
+    assert law.pressure[-1] == pytest.approx(2e3) and law.curvature[-1] > 0 and law.bending_stiffness > 0
+    chambers = read_model("law/segments.toml")
+    assert chambers.count == 6 and chambers.parameters["mass"].value > 1e-4
+    turned = chambers.at(np.array([2e3]))[0, 0]
+    assert turned == pytest.approx(7e-3 * law.curvature[-1], rel=1e-6)
+    for wrong, words in (
+        (["calibrate", "piece.toml", "--segment", "fast"], "--gauge"),
+        ([*call, "--count", "6"], "--pitch"),
+        ([*call[:3], "slow", *call[4:]], "cavities fast"),
+        ([*call[:6], "900 mm", "--reach", "3 mm"], "long"),
+    ):
+        assert main(wrong) == 2
+        said = capsys.readouterr().err.strip()
+        assert words in said and len(said.splitlines()) == 1, said
