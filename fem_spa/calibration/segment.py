@@ -41,7 +41,7 @@ class SegmentLaw:
 
     pressure : (m,) Pa, from 0;  curvature : (m,) 1/m, away from the chamber
     stretch : (m,) axial strain of the line through the axis of the drawing
-    bending_stiffness, axial_stiffness : N m^2 and N of the whole section at rest; axial None: it keeps its length
+    bending_stiffness, axial_stiffness : N m^2 and N of the whole section at rest; None: it keeps its length
     moment : (m,) N m, what would hold the piece straight: bending stiffness times curvature
     gauge : m, length over which it was read;  source : in words;  status : of the FE run
     """
