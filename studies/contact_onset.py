@@ -29,7 +29,8 @@ def run(out: Path) -> int:
     """Solve the four cases into folders under `out`; draws them in one picture, prints the slopes."""
     cases = {"fast module": (DECK, FAST, "fast"), "tripod": (TRIPOD, [], "1")}
     drawing = figure(11.0, 4.4)
-    columns, status = {}, 0
+    columns: dict[str, np.ndarray] = {}
+    status = 0
     for (actuator, (deck, changes, cavity)), axes in zip(cases.items(), drawing.subplots(1, 2), strict=True):
         curves, touch = {}, None
         for name, more in (("contact", []), ("contact off", [OFF])):

@@ -13,7 +13,8 @@ from fem_spa.output.files import write_whole
 from fem_spa.output.style import ACCENT, GREY, INK, SECOND, WARN, figure, tidy
 
 COLOURS = (ACCENT, SECOND, "#14633b", WARN, GREY, "#7c3aed")
-Curve = tuple[Sequence[float], Sequence[float]]
+Numbers = Sequence[float] | np.ndarray
+Curve = tuple[Numbers, Numbers]
 
 
 def draw(
@@ -80,7 +81,7 @@ def save(drawing: Any, path: Path) -> None:
     write_whole(path, buffer.getvalue())
 
 
-def table(path: Path, columns: Mapping[str, Sequence[float]]) -> None:
+def table(path: Path, columns: Mapping[str, Numbers]) -> None:
     """Write columns (header cell -> numbers) as CSV; shorter ones end in empty cells."""
     longest = max(len(values) for values in columns.values())
     rows = [",".join(columns)]
@@ -90,7 +91,7 @@ def table(path: Path, columns: Mapping[str, Sequence[float]]) -> None:
     write_whole(path, "\n".join(rows) + "\n")
 
 
-def at(x: Sequence[float], y: Sequence[float], place: float) -> float:
+def at(x: Numbers, y: Numbers, place: float) -> float:
     """y at a place of x, between neighbouring points; nan beyond the last."""
     order = np.argsort(x, kind="stable")
     xs, ys = np.asarray(x, dtype=float)[order], np.asarray(y, dtype=float)[order]
