@@ -1,11 +1,10 @@
-"""The rod as the loop sees it: solved once as it is; what changes beside that is read from tables of
-equilibria.
+"""The rod as the loop sees it: solved once as it is; what changes beside that is read from tables.
 
-response(P, E) = rod's own answer to the commanded pressures + S(P, E) - S(commanded, E0), S the
-equilibrium's tip.
-At the model's own values this is the rod itself; a small change of pressure or stiffness is taken
-quasi-statically.
-Gravity and payload, where the model has none, are the rod's own with the switch on: S with it less S without.
+response(P, E) = rod's own answer to the commanded pressures + lag of (S(P, E) - S(commanded, E0)), S the
+tip of
+equilibria. At the model's own values this is the rod itself; a change of pressure or stiffness goes through
+the lag that turns S into the rod's own motion. Gravity and payload, where the model has none, are the rod
+with the switch on, solved once, in proportion.
 """
 
 from __future__ import annotations
@@ -17,6 +16,7 @@ import numpy as np
 
 from fem_spa.loop.base import Base
 from fem_spa.loop.data import Data
+from fem_spa.loop.operators import lowpass
 from fem_spa.loop.tables import Table, reach, tabulate
 from fem_spa.reduced.model import Drive
 from fem_spa.reduced.valve import valve_pressure
@@ -31,7 +31,7 @@ def rod_base(model: Any, columns: tuple[int, ...], p_low: np.ndarray, p_high: np
     units = tuple(model.outputs[j].unit for j in columns)
     low, high = reach(p_low, p_high)
     tables: dict[tuple[Any, ...], Table] = {}
-    own: dict[int, tuple[Data, np.ndarray, np.ndarray]] = {}
+    own: dict[int, tuple[Data, np.ndarray, np.ndarray, float]] = {}
     modulus = model.parameters["modulus"].value
 
     def table(rod: Any, key: str, orientation: float, payload: float) -> Table:
@@ -62,44 +62,43 @@ def rod_base(model: Any, columns: tuple[int, ...], p_low: np.ndarray, p_high: np
             out[run.part] = found(inside[run.part], stiffer)
         return out
 
-    def nominal(data: Data) -> tuple[np.ndarray, np.ndarray]:
-        """The rod's own answer, and the equilibria of the commanded pressures; kept for the same data."""
-        for key in [k for k, kept in own.items() if kept[0] is not data and len(own) > 6]:
-            del own[key]
+    def moved(rod: Any, data: Data) -> np.ndarray:
+        """The rod's own answer to the commanded pressures."""
+        answer = np.empty((len(data.clock), len(columns)))
+        for run in data.runs:
+            part = run.part
+            drive = Drive(
+                data.clock[part] - data.clock[part.start],
+                data.pressure[part],
+                float(data.orientation[part.start]),
+                float(data.payload[part.start]),
+            )
+            answer[part] = rod.simulate(drive)[:, columns]
+        return answer
+
+    def nominal(data: Data) -> tuple[np.ndarray, np.ndarray, float]:
+        """The rod's answer, the equilibria of the commanded pressures, and by which lag they differ."""
         if id(data) not in own or own[id(data)][0] is not data:
-            answer = np.empty((len(data.clock), len(columns)))
-            for run in data.runs:
-                part = run.part
-                drive = Drive(
-                    data.clock[part] - data.clock[part.start],
-                    data.pressure[part],
-                    float(data.orientation[part.start]),
-                    float(data.payload[part.start]),
-                )
-                answer[part] = model.simulate(drive)[:, columns]
-            inside = through_valve(data, data.pressure)
-            own[id(data)] = (data, answer, equilibrium(model, "own", data, inside, 0.0))
-        return own[id(data)][1], own[id(data)][2]
+            answer = moved(model, data)
+            still = equilibrium(model, "own", data, through_valve(data, data.pressure), 0.0)
+            own[id(data)] = (data, answer, still, _lag_between(data, still, answer) if model.damping else 0.0)
+        return own[id(data)][1:]
 
     def respond(data: Data, pressure: np.ndarray, values: np.ndarray) -> np.ndarray:
         stiffer = float(values[0])
-        answer, still = nominal(data)
+        answer, still, lag = nominal(data)
         if pressure is data.pressure and stiffer == 0.0:
             return answer
-        return answer + equilibrium(model, "own", data, through_valve(data, pressure), stiffer) - still
+        change = equilibrium(model, "own", data, through_valve(data, pressure), stiffer) - still
+        return answer + (lowpass(data, change, lag) if lag else change)
 
     def weight(data: Data) -> np.ndarray:
-        heavy = model.switched(gravity=True)
-        inside = through_valve(data, data.pressure)
-        return equilibrium(heavy, "heavy", data, inside, 0.0) - nominal(data)[1]
+        return moved(model.switched(gravity=True), data) - nominal(data)[0]
 
     def load(data: Data) -> np.ndarray:
-        more = model.parameters["payload"].value + PAYLOAD
-        heavy = model.switched(gravity=True).with_values(payload=more)
-        plain = model.switched(gravity=True)
-        inside = through_valve(data, data.pressure)
-        loaded = equilibrium(heavy, "loaded", data, inside, 0.0)
-        return loaded - equilibrium(plain, "heavy", data, inside, 0.0)
+        heavy = model.switched(gravity=True)
+        more = heavy.with_values(payload=model.parameters["payload"].value + PAYLOAD)
+        return moved(more, data) - (nominal(data)[0] if model.gravity else moved(heavy, data))
 
     physical: dict[str, Callable[[Data], np.ndarray]] = {"payload": _once(load)}
     if not model.gravity:
@@ -120,6 +119,17 @@ def rod_base(model: Any, columns: tuple[int, ...], p_low: np.ndarray, p_high: np
         together=("modulus",),
         physical=physical,
     )
+
+
+def _lag_between(data: Data, still: np.ndarray, answer: np.ndarray) -> float:
+    """s: time constant with which equilibria come closest to the rod's own motion, zero where none helps."""
+    spread = np.std(answer, axis=0) + 1e-12
+    times = [0.0, *np.geomspace(0.02, 5.0, 25)]
+    left = []
+    for tau in times:
+        late = lowpass(data, still - still[0], tau) + still[0] if tau else still
+        left.append(float(np.mean(((late - answer) / spread) ** 2)))
+    return float(times[int(np.argmin(left))])
 
 
 def _once(function: Callable[[Data], np.ndarray]) -> Callable[[Data], np.ndarray]:
