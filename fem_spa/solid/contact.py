@@ -288,7 +288,7 @@ class Contact:
 
     def too_soft(self, touching: Touching) -> bool:
         """Is a point inside something, or so near to it that the next step would bring it there?"""
-        return touching.inside > 0.0 or touching.highest > 0.8 * self.stiffness
+        return touching.inside > 0.0 or touching.highest > 0.9 * self.stiffness
 
     def reach(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows and columns (unknowns) of all pairs of faces that touch or may soon."""

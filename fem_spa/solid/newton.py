@@ -25,6 +25,7 @@ from fem_spa.solid.system import Evaluation, System, inner, norm
 # by benchmarks/solver_speed.py, fixed here so that a run does not depend on the machine's mood.
 FACTOR_COST = 7
 _MOST_UPDATES = 30
+_MOST_CUTS = 4  # halvings of one step that turns an element inside out, or walls far into one another
 
 
 @dataclass(frozen=True)
@@ -217,6 +218,7 @@ def solve_equilibrium(
         except SingularMatrix as exc:
             return failed(str(exc))
         last = step
+        deepest = max(2.0 * system.inside(), system.depth_allowed)
         increment = np.zeros_like(x)
         increment[free] = step[:n] * system.scale
         system.settle_layers(x, increment)
@@ -225,12 +227,23 @@ def solve_equilibrium(
             pressure += step[n:] * system.stress_unit
         iterations += 1
         e, value, error = evaluate()
+        cuts = 0
+        while (not np.isfinite(error) or system.inside() > deepest) and cuts < _MOST_CUTS:
+            # go back half of what was gone: stale factors and walls that meet anew overshoot
+            cuts += 1
+            x -= 0.5**cuts * increment
+            if constraint.bordered:
+                pressure -= 0.5**cuts * step[n:] * system.stress_unit
+            e, value, error = evaluate()
         history.append(error)
         if notice:
             notice(iterations, error)
         if not np.isfinite(error):
             return failed("an element turned inside out")
-        renew = renew_always
+        if cuts:
+            last = None
+            system.settle_layers(x)
+        renew = renew_always or cuts > 0
     system.settle_layers(x)
     return Equilibrium(x, pressure, e, iterations, True, cost=spent, history=history)
 

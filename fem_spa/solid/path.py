@@ -27,6 +27,7 @@ STEPS_OF_A_PATH = 20  # largest automatic step: this part of the whole path
 _GROWTH = 2.0
 _FIRMER = 6  # times that contact is made stiffer for one step
 _EASY = 2.5  # a step that cost no more than this many full Newton iterations may grow
+_EASY_TOUCHING = 5.0  # likewise while walls touch: where they touch changes with every step
 
 
 def solve(
@@ -227,7 +228,8 @@ class _Walk:
                 if not dead:
                     self.fraction = walked / total
                     self.keep(equilibrium, is_point=done == length)
-                if equilibrium.cost <= _EASY:
+                touching = self.system.touching is not None and self.system.touching.highest > 0
+                if equilibrium.cost <= (_EASY_TOUCHING if touching else _EASY):
                     size = min(longest, max(size, step) * _GROWTH)
                 else:
                     size = max(step, 0.5 * size) if step < size else size
@@ -241,6 +243,7 @@ class _Walk:
                 target = b
             x, pressure = predictor.predict(walked + step)
             factor = float(target[0]) if dead else 1.0
+            x = self.not_through(x)
             self.system.prescribe(x, factor)
             equilibrium = self.attempt(x, pressure, constraint(target), factor)
             if equilibrium.converged and self.system.contact is not None:
@@ -252,6 +255,18 @@ class _Walk:
             step *= 0.5
             if step < smallest:
                 raise self.give_up(equilibrium, constraint, dead)
+
+    def not_through(self, x: np.ndarray) -> np.ndarray:
+        """The predicted x, or a part of the way to it on which walls do not go far into one another."""
+        contact, system = self.system.contact, self.system
+        if contact is None:
+            return x
+        for _ in range(4):
+            touching = contact.evaluate(self.space.points + system.displacement(x))
+            if touching.inside <= system.depth_allowed:
+                break
+            x = 0.5 * (self.x + x)
+        return x
 
     def attempt(
         self, x: np.ndarray, pressure: np.ndarray, constraint: Constraint, dead_factor: float
@@ -286,7 +301,7 @@ class _Walk:
             touching = self.system.touching
             if touching is None or not contact.too_soft(touching):
                 return found
-            contact.stiffness = 4.0 * touching.highest
+            contact.stiffness = 2.0 * touching.highest
             again = self.attempt(found.x, found.pressure, constraint, dead_factor)
             if not again.converged:
                 return again

@@ -27,6 +27,7 @@ from fem_spa.solid.problem import Problem
 from fem_spa.solid.space import Space
 
 AXES = {"x": 0, "y": 1, "z": 2}
+_DEPTH = 0.1  # of the element size
 _BATCH = 8192  # elements whose blocks are held at once
 
 
@@ -102,6 +103,7 @@ class System:
         ]
         self.contact: Contact | None = None
         self.touching: Touching | None = None
+        self.depth_allowed = _DEPTH * self.length_unit  # of walls inside one another on the way
         self._layer_stress: list[np.ndarray] | None = None
         self._face_dofs = [_face_dofs(c.faces) for c in self._cavities]
         self._layer_dofs = [_face_dofs(m.faces) for m in self._membranes]
@@ -307,6 +309,10 @@ class System:
         for axis in set(self.problem.symmetry.values()) - set(_across(self.problem, self.space)):
             total[AXES[axis]] = 0.0
         return total
+
+    def inside(self) -> float:
+        """How deep the deepest point of the state last evaluated is inside something, m."""
+        return 0.0 if self.touching is None else self.touching.inside
 
     def obstacle_force(self) -> np.ndarray:
         """(n_obstacles, 3) N: what the whole actuator exerts on each obstacle, after `evaluate`."""
