@@ -69,7 +69,8 @@ def run(out: Path) -> int:
     print(hysteresis())
     write(out, bench, fits)
     draw(bench, fits, out / "zigzag.png")
-    print(f"See {out / 'zigzag.png'}, and the FE reports in {out}")
+    draw_motion(out / "responses.png")
+    print(f"See {out / 'zigzag.png'} and {out / 'responses.png'}, and the FE reports in {out}")
     return 0
 
 
@@ -240,17 +241,14 @@ def reach() -> np.ndarray:
 
 def hysteresis() -> str:
     """Steps and sines of 336 kPa with (6) and (7)."""
-    model = read_model({"kind": "chain", "hysteresis": LAW})
-    assert isinstance(model, Chain)
+    kinds = motion()
+    model = next(iter(kinds.values()))
     drive = step_drive(336e3, 1.5, 5e-3)
     lines = [
         "",
         "Step and sines of 336 kPa, linear actuator; assumed: 0.1 s of damping,",
         f"Bouc-Wen {LAW}, u in rad",
     ]
-    kinds = {"fold by fold, (7)": model}
-    if find_spec("mujoco") is not None:
-        kinds["motion, (1), by MuJoCo"] = replace(model, dynamics=True)
     for name, one in kinds.items():
         figures = step_figures(drive.time, one.simulate(drive)[:, 1])
         lines.append(
@@ -272,6 +270,17 @@ def hysteresis() -> str:
         "the damping of (7) or the valve, not z.",
     ]
     return "\n".join(lines)
+
+
+def motion() -> dict[str, Chain]:
+    """The linear actuator with (6), (7): in equilibrium fold by fold, and, where MuJoCo is there, in
+    motion."""
+    model = read_model({"kind": "chain", "hysteresis": LAW})
+    assert isinstance(model, Chain)
+    kinds: dict[str, Chain] = {"fold by fold, (7)": model}
+    if find_spec("mujoco") is not None:
+        kinds["motion, (1), by MuJoCo"] = replace(model, dynamics=True)
+    return kinds
 
 
 def write(out: Path, bench: Bench, fits: Mapping[float, StiffnessFit]) -> None:
@@ -314,4 +323,28 @@ def draw(bench: Bench, fits: Mapping[float, StiffnessFit], path: Path) -> None:
     right.set_aspect("equal")
     for axes in (left, middle, right):
         tidy(axes)
+    picture.savefig(path, dpi=120)
+
+
+def draw_motion(path: Path) -> None:
+    """Step response, and extension over pressure under sines; PNG."""
+    from fem_spa.output.style import ACCENT, GREY, SECOND, figure, tidy
+
+    picture = figure(11.0, 4.2)
+    left, right = picture.subplots(1, 2)
+    kinds = motion()
+    drive = step_drive(336e3, 0.8, 5e-3)
+    for (name, model), colour, style in zip(kinds.items(), (ACCENT, SECOND), ("-", "--"), strict=False):
+        left.plot(drive.time, 1e3 * model.simulate(drive)[:, 1], style, color=colour, lw=2, label=name)
+    left.set(title="Step of 336 kPa", xlabel="time [s]", ylabel="extension [mm]")
+    model = next(iter(kinds.values()))
+    for frequency, colour in ((0.2, ACCENT), (0.6, SECOND), (1.0, GREY)):
+        wave = sine_drive(336e3, frequency, 3)
+        last = slice(-201, None)
+        moved = 1e3 * model.simulate(wave)[last, 1]
+        right.plot(1e-3 * wave.pressure[last, 0], moved, color=colour, label=f"{frequency:g} Hz")
+    right.set(title="Sines of 336 kPa", xlabel="pressure [kPa]", ylabel="extension [mm]")
+    for axes in (left, right):
+        tidy(axes)
+        axes.legend(frameon=False)
     picture.savefig(path, dpi=120)
