@@ -76,3 +76,27 @@ def insufficient(records: Sequence[Record], train: Sequence[bool], names: Sequen
     if max(spans) <= 1e-12:
         return f"the output {', '.join(names)} is constant: the actuator or its sensor did not move"
     return None
+
+
+def stranger(nominal: np.ndarray, refitted: np.ndarray, output: np.ndarray) -> str | None:
+    """Why records and model are not of the same actuator (or unit), or None.
+
+    Parameters
+    ----------
+    nominal, refitted : (n, d) predictions of the training rows before and after the refit;  output : measured
+    """
+    moves = [float(np.sqrt(np.sum(np.var(x, axis=0)))) for x in (nominal, refitted, output)]
+    left = float(np.sum(np.var(output - refitted, axis=0)) / max(np.sum(np.var(output, axis=0)), 1e-300))
+    if left > 0.6:
+        return (
+            f"the model, refitted, leaves {100 * left:.0f} % of the variance of the output: "
+            "is it this actuator, and this column?"
+        )
+    centred = [x - x.mean(axis=0) for x in (nominal, refitted)]
+    ratio = float(np.sum(centred[0] * centred[1]) / max(np.sum(centred[0] ** 2), 1e-300))
+    if not 0.25 < ratio < 4.0 and moves[0] > 0.0:
+        return (
+            f"the model's output would have to be multiplied by {ratio:.3g} to fit: another actuator, "
+            "or a wrong unit in a header?"
+        )
+    return None

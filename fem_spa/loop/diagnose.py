@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fem_spa.errors import InputError
-from fem_spa.loop.audit import insufficient, remarks
+from fem_spa.loop.audit import insufficient, remarks, stranger
 from fem_spa.loop.certificate import Certificate, certificate
 from fem_spa.loop.compose import Chain, around
 from fem_spa.loop.decide import Decision, decide
@@ -26,7 +26,7 @@ from fem_spa.loop.learner import learn
 from fem_spa.loop.model_file import Source, read_source, source_tables
 from fem_spa.loop.noise import Whitener
 from fem_spa.loop.pneumatic import SETTLED_BY_PRESSURE, Pneumatics, pneumatics
-from fem_spa.loop.prepare import Case, before, outputs_of, prepare, train_runs
+from fem_spa.loop.prepare import Case, base_for, before, outputs_of, prepare, train_runs
 from fem_spa.loop.records import NoTime, Record, read_records
 from fem_spa.loop.report_json import (
     clean,
@@ -38,7 +38,7 @@ from fem_spa.loop.report_json import (
     versions,
 )
 from fem_spa.loop.search import Found, search
-from fem_spa.loop.split import Split, split
+from fem_spa.loop.split import split
 from fem_spa.loop.words import SENTENCE, signature
 from fem_spa.output.files import write_whole
 from fem_spa.output.toml import to_toml
@@ -93,7 +93,15 @@ def diagnose(
     why = insufficient(parted.records, parted.train, names)
     if why is not None:
         return _insufficient(why, parted.records, parted.train, source, files, seed, out)
-    study = _study(source, parted, seed, say)
+    say("refitting the base model")
+    case = prepare(source, parted)
+    rows, chain = case.data.train, case.chain
+    start = base_for(source, names, case.data)
+    nominal = start.respond(case.data, case.data.pressure, start.values)[rows]
+    why = stranger(nominal, chain.predict(case.data)[rows], case.data.output[rows])
+    if why is not None:
+        return _insufficient(why, parted.records, parted.train, source, files, seed, out)
+    study = _study(source, case, seed, say)
     report = _report(study, files, seed)
     say("writing")
     _write(study, report, out, page)
@@ -112,11 +120,9 @@ def _together(paths: Sequence[Path], holdout: Sequence[Path]) -> list[Path]:
     return list(seen.values())
 
 
-def _study(source: Source, parted: Split, seed: int, say: Callable[[str], None]) -> Study:
+def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) -> Study:
     """Search and decide."""
-    say("refitting the base model")
-    case = prepare(source, parted)
-    data, chain = case.data, case.chain
+    data, chain, parted = case.data, case.chain, case.split
     context = chain.context(data)
     untestable: dict[str, str] = {}
     effects: list[Effect] = []

@@ -27,7 +27,7 @@ from fem_spa.loop.screen import (
 )
 from fem_spa.loop.threshold import null_quantile, scores
 
-SINGLES, PAIRS, MOST = 9, 7, 3
+SINGLES, PAIRS, MOST = 8, 6, 3
 Say = Callable[[str], None]
 
 
@@ -113,7 +113,8 @@ def search(chain: Chain, data: Data, effects: Sequence[Effect], seed: int, say: 
     atoms = make_atoms(chain, data, effects)
     whiten = work.whiten(noise)
     first = sums(atoms, whiten)
-    score = float(scores(reduced(first.total, atoms.count)).max())
+    whole = np.diag(first.total)[: atoms.count]
+    score = float(scores(reduced(first.total, atoms.count), whole).max())
     limit = null_quantile(atoms, whiten, seed)
     best, drop = _noise_path(work, atoms, noise, cost, residual, limit)
     say("fitting single effects")

@@ -9,12 +9,21 @@ from fem_spa.loop.noise import Whitener
 from fem_spa.loop.screen import Atoms, reduced
 
 DRAWS = 400
+PRIOR_FREEDOM = 4
+"""Records that what is known of repeatability in general is worth."""
 
 
-def scores(small: np.ndarray) -> np.ndarray:
-    """(atoms,) squared score of each atom alone, zero where its sign is wrong."""
-    diagonal = np.maximum(np.diag(small)[:-1], 1e-300)
-    return np.asarray(np.maximum(small[:-1, -1], 0.0) ** 2 / diagonal)
+def scores(small: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """(atoms,) squared score of each atom alone, zero where its sign is wrong or the base's refit takes it.
+
+    Parameters
+    ----------
+    small : `reduced` sums;  whole : (atoms,) squared size of each atom before that
+    """
+    diagonal = np.diag(small)[:-1]
+    shows = diagonal > 1e-8 * whole
+    found = np.maximum(small[:-1, -1], 0.0) ** 2 / np.where(shows, diagonal, 1.0)
+    return np.asarray(np.where(shows, found, 0.0))
 
 
 def null_quantile(atoms: Atoms, whiten: Whitener, seed: int, level: float = 0.98) -> float:
@@ -30,7 +39,8 @@ def null_quantile(atoms: Atoms, whiten: Whitener, seed: int, level: float = 0.98
     gram = np.zeros((flat.shape[1] + 1,) * 2)
     gram[:-1, :-1] = flat.T @ flat
     small = reduced(gram, atoms.count)[:-1, :-1]
-    size = np.sqrt(np.maximum(np.diag(small), 1e-300))
+    shows = np.diag(small) > 1e-8 * np.diag(gram)[: atoms.count]
+    size = np.where(shows, np.sqrt(np.maximum(np.diag(small), 1e-300)), np.inf)
     along = []
     nuisance = flat[:, atoms.count :]
     inverse = np.linalg.pinv(nuisance.T @ nuisance, rcond=1e-10, hermitian=True)
@@ -46,7 +56,7 @@ def null_quantile(atoms: Atoms, whiten: Whitener, seed: int, level: float = 0.98
     bulk = small - record.T @ record
     values, vectors = np.linalg.eigh(bulk)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    freedom = max(len(whiten.runs) - 1, 2)
+    freedom = len(whiten.runs) - 1 + PRIOR_FREEDOM
     draws = rng.standard_normal((DRAWS, root.shape[1])) @ root.T
     heavy = np.sqrt(freedom / rng.chisquare(freedom, (DRAWS, 1)))
     draws += (heavy * rng.standard_normal((DRAWS, record.shape[0]))) @ record
