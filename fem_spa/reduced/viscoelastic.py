@@ -175,8 +175,8 @@ def _parameters(values: Mapping[str, float], output: str, source: str) -> dict[s
 def bellow() -> KelvinVoigt:
     """The paper's actuator with its final parameters."""
     parameters = _parameters(PAPER, "displacement", "Hashem et al., Table III, final")
-    error = Range((-20e3,), (70e3,), 0.3e-3, "Hashem et al., Fig. 9: fit -20 to 50 kPa, validation to 70 kPa")
-    return KelvinVoigt((Output("displacement", "mm"),), parameters, error)
+    valid = Range((-20e3,), (70e3,), 0.3e-3, "Hashem et al., Fig. 9: fit -20 to 50 kPa, validation to 70 kPa")
+    return KelvinVoigt((Output("displacement", "mm"),), parameters, valid)
 
 
 def read(table: Mapping[str, Any], where: Path) -> KelvinVoigt:
@@ -184,17 +184,7 @@ def read(table: Mapping[str, Any], where: Path) -> KelvinVoigt:
     given = {key: table[key] for key in table if _KEY.fullmatch(key)}
     refuse_unknown(table, (*given, "k1", "eta1", "k2", "eta2", "offset", "preset"))
     if "preset" in table:
-        if table["preset"] != "bellow":
-            raise InputError(f"given {brief(table['preset'])} for model.preset: allowed is 'bellow'")
-        base = bellow()
-        if len([key for key in given if key not in base.parameters]):
-            raise InputError(
-                "given model.preset with more than two elements; leave the preset out and give all"
-            )
-        values = {name: p.value for name, p in base.parameters.items() if name != "offset"}
-        parameters, output = base.parameters, "displacement"
-        valid = read_valid(table, base.outputs) or (None if given else base.valid)
-        return replace(base, parameters=read_parameters(table, parameters), valid=valid)
+        return _preset(table, given)
     count = max((int(key.lstrip("keta")) for key in given), default=0)
     needed = [f"{letter}{i}" for i in range(1, max(count, 1) + 1) for letter in ("k", "eta")]
     missing = [key for key in needed if key not in given]
@@ -207,6 +197,17 @@ def read(table: Mapping[str, Any], where: Path) -> KelvinVoigt:
     outputs = (Output(output, _OUTPUTS[output]),)
     parameters = read_parameters(table, _parameters(values, output, ""))
     return KelvinVoigt(outputs, parameters, read_valid(table, outputs))
+
+
+def _preset(table: Mapping[str, Any], given: Mapping[str, Any]) -> KelvinVoigt:
+    """The paper's model with what a table overrides; its range goes once an element is another."""
+    if table["preset"] != "bellow":
+        raise InputError(f"given {brief(table['preset'])} for model.preset: allowed is 'bellow'")
+    base = bellow()
+    if not set(given) <= set(base.parameters):
+        raise InputError("given model.preset with more than two elements; leave the preset out and give all")
+    valid = read_valid(table, base.outputs) or (None if given else base.valid)
+    return replace(base, parameters=read_parameters(table, base.parameters), valid=valid)
 
 
 def _output(given: Any) -> str:
