@@ -27,11 +27,12 @@ def main() -> None:
     page = commands.add_parser("page", help="write the tables of one or more result folders")
     page.add_argument("folders", type=Path, nargs="+")
     page.add_argument("--page", type=Path, default=Path("docs/loop.md"))
+    page.add_argument("--engine", default="", help="version of the program that ran")
     given = parser.parse_args()
     if given.command == "page":
         from benchmarks.loop.page import write_page
 
-        write_page(given.folders, given.page)
+        write_page(given.folders, given.page, given.engine)
         return
     out = [name for word in given.without for name in ([n for n, f in FAMILY.items() if f == word] or [word])]
     numbers = range(given.start, given.start + given.count)

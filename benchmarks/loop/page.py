@@ -30,17 +30,27 @@ Row = dict[str, str]
 Test = Callable[[Row], bool]
 
 
-def write_page(folders: Sequence[Path], page: Path) -> None:
-    """Write the page; the folder `without-FAMILY` holds the cases run with that family left out."""
-    special = ("without-", "timing")
+def write_page(folders: Sequence[Path], page: Path, engine: str = "") -> None:
+    """Write the page of result folders; `engine` names the version that ran.
+
+    A folder `without-FAMILY` holds cases run with that family left out, `timing` those of full length,
+    `studies` what the studies printed. A truncated run of some folders is as good as a whole one.
+    """
+    special = ("without-", "timing", "studies")
     full = [row for f in folders if not f.name.startswith(special) for row in rows_of(f / "results.csv")]
     timed = [row for f in folders if f.name == "timing" for row in rows_of(f / "results.csv")]
-    left_out = {
-        f.name.removeprefix("without-"): rows_of(f / "results.csv")
-        for f in folders
-        if f.name.startswith("without-")
-    }
-    parts = [head(full), aims(full), by_protocol(full), by_effect(full), confusion(full), others(full)]
+    left_out: dict[str, list[Row]] = {}
+    for f in folders:
+        if f.name.startswith("without-"):
+            left_out.setdefault(f.name.removeprefix("without-"), []).extend(rows_of(f / "results.csv"))
+    parts = [
+        head(full, engine),
+        aims(full),
+        by_protocol(full),
+        by_effect(full),
+        confusion(full),
+        others(full),
+    ]
     parts += [families(left_out)] if left_out else []
     parts += [timing(timed)] if timed else []
     parts += [limits(full), *(told_by(f) for f in folders), DATA]
@@ -99,7 +109,7 @@ def table(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join([*lines, *("| " + " | ".join(cells) + " |" for cells in rows)])
 
 
-def head(rows: Sequence[Row]) -> str:
+def head(rows: Sequence[Row], engine: str) -> str:
     today = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d")
     count = Counter(row["tier"] for row in rows)
     told = ", ".join(f"{n} {tier}" for tier, n in count.items())
@@ -107,7 +117,7 @@ def head(rows: Sequence[Row]) -> str:
     return f"""# The loop, tested blind
 
 Written by `python -m benchmarks.loop page` on {today}; {platform.machine()}, {os.cpu_count()} cores, shared
-with other work, one thread a case.
+with other work, one thread a case. Program: {engine or "this version"}.
 
 The records come from `benchmarks/loop`, a generator that shares no code and no functional form with the
 library of effects: relays and a Duhem equation for hysteresis, power laws and Eyring flow for creep,
