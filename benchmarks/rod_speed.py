@@ -99,6 +99,11 @@ def alone(repeats: int) -> list[str]:
     whole = clock(lambda: rest.simulate(record), repeats)
     moving = clock(lambda: model.simulate(record), repeats)
     quick = clock(lambda: base.simulate(record), repeats)
+    modal = replace(model, integration="modal")
+    few = clock(lambda: modal.simulate(record), repeats)
+    slow = model.simulate(record)
+    apart = np.linalg.norm(modal.simulate(record) - slow, axis=1) / np.ptp(slow, axis=0).max() * 100
+    words = f"off by {apart.mean():.2f} % of the motion in the mean, {apart.max():.2f} % at most"
     return [
         f"| 5 min of babbling at 20 Hz, moving, n 20, dt 2e-4 s, valve on | {moving:.2f} s | aim 10 s |",
         f'| the same, `clamp = "base"`, n 10, dt {step:.2g} s | {quick:.2f} s | |',

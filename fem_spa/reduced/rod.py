@@ -174,9 +174,9 @@ class Rod:
         mass = rod.mass.copy()
         mass[-1] += self._payload(payload)
         weight = mass[:, None] * self.pull(orientation)
-        stiff = (self.hinge, rod.length, rod.axial, rod.bending)
+        shape = (*bases(rod.n), self.hinge, rod.length, rod.axial, rod.bending)
         path = np.vstack([self.strains(np.zeros((1, CHAMBERS))), strain[1:]])
-        tip = implicit(path, grid, weight, mass, rod.mass, rod.viscous, *bases(rod.n), *stiff)
+        tip = implicit(path, grid, weight, mass, rod.mass, rod.viscous, shape)
         if np.all(np.isfinite(tip)):
             return self._placed(tip)
         return self.march(strain, grid, orientation, payload)

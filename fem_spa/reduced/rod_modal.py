@@ -37,14 +37,15 @@ def bases(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def balance(q, R, r, v, load, known, rate, drag, strain, inner, middle, hinge, length, axial, bending, work):
+def balance(q, R, r, v, load, known, rate, drag, strain, rod, work):
     """What is left of the balance, R (MODES,), at coefficients q (MODES,); fills r, v (n + 1, 3).
 
     load : (n + 1, 3) constant part of the nodes' loads, N
     known : (n + 1, 3) m/s: v = rate r + known
     drag : (n + 1,) kg/s: the load besides is - drag v
-    strain : (3,) spontaneous;  inner, middle : see `bases`;  work : (n, 18) scratch
+    strain : (3,) spontaneous;  rod : see `implicit`;  work : (n, 16) scratch
     """
+    inner, middle, hinge, length, axial, bending = rod
     n = inner.shape[0]
     free = 0 if hinge else 1
     whole = n * length
@@ -148,123 +149,116 @@ def _improve(inverse, s, before, after, y, c):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def implicit(strain, step, load, mass, damped, slow, inner, middle, hinge, length, axial, bending):
+def _invert(A, inverse):
+    """Inverse of A (MODES, MODES), which is spoilt, by Gauss and Jordan with pivots; False where singular."""
+    for i in range(MODES):
+        for j in range(MODES):
+            inverse[i, j] = 1.0 if i == j else 0.0
+    for k in range(MODES):
+        best = k
+        for i in range(k + 1, MODES):
+            if abs(A[i, k]) > abs(A[best, k]):
+                best = i
+        if not abs(A[best, k]) > 1e-300:
+            return False
+        for j in range(MODES):
+            A[k, j], A[best, j] = A[best, j], A[k, j]
+            inverse[k, j], inverse[best, j] = inverse[best, j], inverse[k, j]
+        whole = 1.0 / A[k, k]
+        for j in range(MODES):
+            A[k, j] *= whole
+            inverse[k, j] *= whole
+        for i in range(MODES):
+            part = A[i, k]
+            if i != k and part != 0.0:
+                for j in range(MODES):
+                    A[i, j] -= part * A[k, j]
+                    inverse[i, j] -= part * inverse[k, j]
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _solve(q, inverse, anew, r, v, load, known, rate, drag, strain, rod, work):
+    """Newton from q (MODES,) in place, `inverse` the kept inverse Jacobian; True where it converges."""
+    R, T, s, y, c = np.empty(MODES), np.empty(MODES), np.zeros(MODES), np.empty(MODES), np.empty(MODES)
+    J = np.empty((MODES, MODES))
+    before = math.inf
+    for turn in range(MOST):
+        balance(q, R, r, v, load, known, rate, drag, strain, rod, work)
+        if anew or turn == 8:
+            for j in range(MODES):
+                keep = q[j]
+                q[j] += 1e-6
+                balance(q, T, r, v, load, known, rate, drag, strain, rod, work)
+                q[j] = keep
+                for i in range(MODES):
+                    J[i, j] = (T[i] - R[i]) / 1e-6
+            if not _invert(J, inverse):
+                return False
+        elif turn > 0:
+            _improve(inverse, s, T, R, y, c)
+        size = 0.0
+        for i in range(MODES):
+            d = 0.0
+            for j in range(MODES):
+                d -= inverse[i, j] * R[j]
+            s[i] = d
+            size = max(size, abs(d))
+            T[i] = R[i]
+        if not math.isfinite(size):
+            return False
+        for i in range(MODES):
+            s[i] /= max(1.0, size)
+            q[i] += s[i]
+        if size < CLOSE:
+            balance(q, R, r, v, load, known, rate, drag, strain, rod, work)
+            return True
+        anew = turn > 1 and size > 0.5 * before
+        before = size
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def implicit(strain, step, weight, mass, damped, slow, rod):
     """Tip (m, 3) at points `step` s apart, from rest at the first strain; NaN from where Newton fails.
 
     Parameters
     ----------
     strain : (m, 3) spontaneous sigma_3, kappa_1, kappa_2 at the points
-    load : (n + 1, 3) weights, N;  mass : (n + 1,) with the payload, kg;  damped : (n + 1,) without it
-    slow : lambda_t, 1/s
+    weight : (n + 1, 3) N;  mass : (n + 1,) with the payload, kg;  damped : (n + 1,) without it
+    slow : translational damping, 1/s
+    rod : modes at the inner points (n, BEND) and in the elements (n, 2), whether the clamp is a hinge, length of
+        an element in m, axial and bending stiffness (3,) each
     """
-    n = inner.shape[0]
+    n = mass.size - 1
     out = np.full((strain.shape[0], 3), math.nan)
-    q, dq, last = np.zeros(MODES), np.zeros(MODES), np.zeros(MODES)
-    R, T, y, s, c = np.empty(MODES), np.empty(MODES), np.empty(MODES), np.empty(MODES), np.empty(MODES)
-    r, v, known = np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
+    q, move, last = np.zeros(MODES), np.zeros(MODES), np.zeros(MODES)
+    inverse = np.zeros((MODES, MODES))
+    r, v, known, load = np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
     r1, r2, v1, v2 = np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
-    now = np.empty((n + 1, 3))
-    drag = np.zeros(n + 1)
-    work = np.empty((n, 18))
-    inverse = np.empty((MODES, MODES))
-    J = np.empty((MODES, MODES))
+    drag, work = np.zeros(n + 1), np.empty((n, 16))
     rate = 0.0
-    fresh = False
     for m in range(strain.shape[0]):
-        if m == 0:
-            now[:] = load
-        else:
-            # v = (3 r - 4 r1 + r2) / 2h, a = (3 v - 4 v1 + v2) / 2h
+        if m > 0:  # v = (3 r - 4 r1 + r2) / 2h, a = (3 v - 4 v1 + v2) / 2h
             rate = 1.5 / step
-            for k in range(n + 1):
-                drag[k] = mass[k] * rate + damped[k] * slow
-                for j in range(3):
-                    known[k, j] = (-2.0 * r1[k, j] + 0.5 * r2[k, j]) / step
-                    now[k, j] = load[k, j] + mass[k] * (2.0 * v1[k, j] - 0.5 * v2[k, j]) / step
-            q += dq
-        before = math.inf
-        done = False
-        fresh = m <= 1
-        for turn in range(MOST):
-            balance(
-                q,
-                R,
-                r,
-                v,
-                now,
-                known,
-                rate,
-                drag,
-                strain[m],
-                inner,
-                middle,
-                hinge,
-                length,
-                axial,
-                bending,
-                work,
-            )
-            if fresh or turn == 8:
-                for j in range(MODES):
-                    y[:] = q
-                    y[j] += 1e-6
-                    balance(
-                        y,
-                        T,
-                        r,
-                        v,
-                        now,
-                        known,
-                        rate,
-                        drag,
-                        strain[m],
-                        inner,
-                        middle,
-                        hinge,
-                        length,
-                        axial,
-                        bending,
-                        work,
-                    )
-                    for i in range(MODES):
-                        J[i, j] = (T[i] - R[i]) / 1e-6
-                if not math.isfinite(J.sum()):
-                    return out
-                inverse[:] = np.linalg.inv(J)
-            elif turn > 0:
-                _improve(inverse, s, T, R, y, c)
-            fresh = False
-            size = 0.0
-            for i in range(MODES):
-                d = 0.0
-                for j in range(MODES):
-                    d -= inverse[i, j] * R[j]
-                s[i] = d
-                size = max(size, abs(d))
-                T[i] = R[i]
-            if not math.isfinite(size):
-                return out
-            if size > 1.0:
-                s /= size
-            q += s
-            if size < CLOSE:
-                done = True
-                break
-            fresh = turn > 1 and size > 0.5 * before
-            before = size
-        if not done:
+        for k in range(n + 1):
+            drag[k] = mass[k] * rate + damped[k] * slow
+            for j in range(3):
+                known[k, j] = (-2.0 * r1[k, j] + 0.5 * r2[k, j]) / step
+                load[k, j] = weight[k, j] + mass[k] * (2.0 * v1[k, j] - 0.5 * v2[k, j]) / step
+        for i in range(MODES):
+            last[i] = q[i]
+            q[i] += move[i]
+        if not _solve(q, inverse, m <= 1, r, v, load, known, rate, drag, strain[m], rod, work):
             return out
-        balance(
-            q, R, r, v, now, known, rate, drag, strain[m], inner, middle, hinge, length, axial, bending, work
-        )
-        if m == 0:
-            v[:] = 0.0
-            r1[:] = r
-        else:
-            dq[:] = q - last
-        last[:] = q
-        v2[:], r2[:] = v1, r1
-        v1[:], r1[:] = v, r
+        for i in range(MODES):
+            move[i] = q[i] - last[i] if m > 0 else 0.0
+        for k in range(n + 1):
+            for j in range(3):
+                r2[k, j] = r1[k, j] if m > 0 else r[k, j]
+                r1[k, j] = r[k, j]
+                v2[k, j] = v1[k, j]
+                v1[k, j] = v[k, j] if m > 0 else 0.0
         for j in range(3):
             out[m, j] = r[n, j]
     return out

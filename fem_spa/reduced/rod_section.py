@@ -51,7 +51,7 @@ def section(value: Mapping[str, float]) -> Section:
 
 DAMPER_STEP = 2e-4
 """s; (31) after a kick makes a slow motion creep as under a rate (exp(lambda dt) - 1)/dt, not lambda: with
-the dt of Table 1, 874 and not 806 1/s. lambda was fitted with that dt, so this rate is kept at other steps."""
+the dt of Table 1, 874 and not 806 1/s. lambda was fitted with it, so this rate is kept at other steps."""
 
 
 @dataclass(frozen=True)
