@@ -20,7 +20,7 @@ import numpy as np
 from fem_spa.calibration.bounds import bounds_of, missing_effect
 from fem_spa.calibration.deck_numbers import OFFSET, Numbers, numbers
 from fem_spa.calibration.fe_response import Design, Response, RunFailed, design, respond
-from fem_spa.calibration.least_squares import Spread, spread
+from fem_spa.calibration.least_squares import Spread, spread, systematic
 from fem_spa.calibration.observation import Run
 from fem_spa.calibration.outcome import Fitted, Outcome, beyond, range_of, rmse, source_of, span_of
 from fem_spa.calibration.reduced import measured
@@ -368,6 +368,7 @@ def _outcome(
         [*found.setup.warnings, *beyond(held, valid)],
         [f"{run.name}: {note}" for run in (*train, *held) for note in run.notes],
     )
+    outcome.warnings += systematic(told, outcome.after[0], outcome.span)
     if told is not None:
         for i, name in enumerate(free):
             for j in range(i):

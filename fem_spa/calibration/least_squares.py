@@ -28,6 +28,21 @@ class Spread:
     effective: float
 
 
+def systematic(told: Spread | None, error: float, span: float) -> list[str]:
+    """A sentence where what remains (RMSE `error` of the fit) is no noise: neighbours err alike, and much.
+
+    Then the intervals are those of a model that lacks something.
+    """
+    if told is None or told.samples < 12 or span <= 0:
+        return []
+    if told.effective > 0.2 * told.samples or error < 0.01 * span:
+        return []
+    return [
+        f"what remains ({100 * error / span:.2g} % of the range) is no noise, neighbouring samples err alike: the "
+        "model lacks something, and the intervals are wide for that; fem-spa diagnose tells what"
+    ]
+
+
 def spread(jacobian: np.ndarray, residual: np.ndarray, parts: Sequence[int]) -> Spread:
     """Spread of the parameters of a fit.
 

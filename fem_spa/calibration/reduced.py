@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from fem_spa.calibration.bounds import missing_effect, plausible
-from fem_spa.calibration.least_squares import spread
+from fem_spa.calibration.least_squares import Spread, spread, systematic
 from fem_spa.calibration.observation import UNITS, Run
 from fem_spa.calibration.outcome import Fitted, Outcome, beyond, range_of, rmse, source_of, span_of
 from fem_spa.errors import InputError
@@ -128,11 +128,13 @@ def calibrate(
             (b + measured(run, outputs), a + measured(run, outputs))
             for (run, _), b, a in zip(roles, [*before[0], *before[1]], [*after[0], *after[1]], strict=True)
         ],
-        np.zeros((0, 0)) if found is None else found.correlation,
+        np.zeros((0, 0)) if found is None else found.told.correlation,
         beyond(held, valid),
         [f"{run.name}: {note}" for run in (*train, *held) for note in run.notes],
     )
     outcome.warnings += _doubts(free, found)
+    if found is not None:
+        outcome.warnings += systematic(found.told, outcome.after[0], outcome.span)
     return fitted, outcome
 
 
@@ -205,7 +207,7 @@ class _Interrupted(Exception):
 class _Found:
     interval: dict[str, tuple[float, float]]
     wanted: dict[str, float | None]
-    correlation: np.ndarray
+    told: Spread
     iterations: int
 
 
@@ -281,7 +283,7 @@ def _fit(
         if at_end[k] and outward:
             beyond_it = answer.x[k] + pull[k]
             wanted[name] = scale.back(min(beyond_it, answer.x[k] + 5.0) if scale.log else beyond_it)
-    return candidate(answer.x), _Found(interval, wanted, told.correlation, int(answer.nfev))
+    return candidate(answer.x), _Found(interval, wanted, told, int(answer.nfev))
 
 
 def _scale(model: ReducedModel, name: str) -> _Scale:
@@ -330,10 +332,10 @@ def _doubts(free: Sequence[str], found: _Found | None) -> list[str]:
         if not all(map(math.isfinite, found.interval[name])):
             out.append(f"these data do not determine {name}: leave it out, or add data in which it acts")
         for j in range(i):
-            if abs(found.correlation[i, j]) > 0.99:
+            if abs(found.told.correlation[i, j]) > 0.99:
                 out.append(
                     f"these data hardly tell {free[j]} from {name} (correlation "
-                    f"{found.correlation[i, j]:.3f}): vary one of them"
+                    f"{found.told.correlation[i, j]:.3f}): vary one of them"
                 )
     return out
 

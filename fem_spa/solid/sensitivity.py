@@ -37,6 +37,7 @@ from geometry.second_order import to_second_order
 
 STEP = 1e-4
 """Relative step of the central difference of the residual."""
+_OF_TANGENT = ("_where", "_face_where", "_layer_where", "_entry_scale", "_blocks")
 _SETTLED = 1e-5  # error of a residual that is one
 _PROBE = 1e-4  # a state is probed along dx/dq by this part of the body's size
 
@@ -380,6 +381,9 @@ class _Neighbours:
         moved = ends[0].mesh is not problem.mesh
         spaces = [build_space(p.mesh) for p in ends] if moved else [space, space]
         self.systems = [System(p, s, hold_tip) for p, s in zip(ends, spaces, strict=True)]
+        for system in self.systems:  # of a neighbour only residuals are asked for
+            for name in _OF_TANGENT:
+                vars(system).pop(name, None)
         self.moved = moved
         self.shape = (Angle(ends[0], spaces[0]), Angle(ends[1], spaces[1])) if moved else None
         self.volume = np.zeros(0)

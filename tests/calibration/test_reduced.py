@@ -117,6 +117,21 @@ def test_spread_is_that_of_many_draws():
     assert effective_samples(rng.standard_normal(1000), [1000]) > 850
 
 
+def test_a_shape_that_the_model_cannot_have_is_told(write):
+    # a bent curve, and a straight model: the fit is not noise, and the words say so
+    p = np.linspace(0, 30, 40)
+    line = write("line.csv", "pressure [kPa],angle [deg]\n0,0\n30,30\n")
+    bent = write("bent.csv", "pressure [kPa],angle [deg]\n" + "".join(f"{x},{x**2 / 30}\n" for x in p))
+    noisy = p + np.random.default_rng(0).standard_normal(len(p))
+    rows = "".join(f"{x},{y}\n" for x, y in zip(p, noisy, strict=True))
+    even = write("even.csv", "pressure [kPa],angle [deg]\n" + rows)
+    model = read_model({"model": {"kind": "curve", "file": str(line)}})
+    for path, told in ((bent, True), (even, False)):
+        train, held = split(read_runs([path]))
+        _, outcome = calibrate(model, train, held, ["gain"])
+        assert any("no noise" in words for words in outcome.warnings) == told
+
+
 def test_what_cannot_be_fitted_says_so(write, creeping):
     path = write("c.csv", "pressure [kPa],angle [deg]\n0,0\n1,2\n2,3\n3,4\n")
     runs = read_runs([path])
