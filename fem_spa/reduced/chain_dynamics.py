@@ -129,4 +129,10 @@ def _mujoco() -> Any:
             'the motion of a chain needs MuJoCo, which is not installed: pip install "fem-spa[dynamics]", '
             "or leave `dynamics` out"
         ) from None
+    if mujoco.get_mju_user_warning() is None:  # else a warning writes MUJOCO_LOG.TXT into the working folder
+        mujoco.set_mju_user_warning(_silent)
     return mujoco
+
+
+def _silent(_: str) -> None:
+    """Warnings are counted in the data, and looked at there."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -196,6 +197,16 @@ def test_hysteresis_in_motion_is_that_of_the_slow_limit() -> None:
     bare = replace(model, hysteresis=None).simulate(slow)[:, 0]
     assert np.max(np.abs(static - bare)) > 0.02
     assert moving == pytest.approx(static, abs=0.1 * np.max(np.abs(static - bare)))
+
+
+@needs_mujoco
+def test_a_motion_that_blows_up_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step far beyond the shortest period: MuJoCo would start again from rest, go on, and write a log."""
+    monkeypatch.chdir(tmp_path)
+    links, time = chain().links, np.linspace(0, 20, 11)
+    with pytest.raises(InputError, match="blew up"):
+        motion(links, time, np.full((11, 5), 0.1), np.full(5, 0.3), step=0.5)
+    assert not list(tmp_path.iterdir())
 
 
 def test_without_mujoco_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
