@@ -1,19 +1,242 @@
-"""report.html of a diagnosis: one page for a person, first the verdict."""
+"""report.html of a diagnosis: one page for a person, the verdict first, then what one would ask next."""
 
 from __future__ import annotations
 
+import base64
 import html
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.output.files import write_whole
+from fem_spa.output.report_style import STYLE
+from fem_spa.output.words import number
 
 if TYPE_CHECKING:
     from fem_spa.loop.diagnose import Study
 
+COLOUR = {"attributed": "done", "none": "done", "ambiguous": "interrupted"}
+MEANS = {
+    "attributed": "The remainder has the shape of this effect, and the model with it fits left-out records. "
+    "That is consistent with the effect; an experiment of its own would confirm it.",
+    "ambiguous": "Several effects account for the remainder about equally well with these records. "
+    "The next experiment below is the one that would tell them apart.",
+    "unexplained": "There is structure that follows from what was done to the actuator, but no effect of the "
+    "library, alone or together, accounts for enough of it. Nothing was added to the model.",
+    "none": "What is left looks like noise and the scatter from record to record. "
+    "The limits below say how small each effect must be to have escaped.",
+}
+
 
 def write_page(study: Study, report: dict[str, Any], out: Path) -> None:
-    """Write the page."""
+    """Write the page and its pictures into `out`."""
+    from fem_spa.loop.pictures import certificate_picture, loops, motion, rates
+
+    first = [
+        (motion(study), "motion.png", "Measured, model before and model after; beneath, what each leaves."),
+        (loops(study), "residual.png", "What is left over the pressure, by direction: a loop is memory."),
+    ]
+    more = [
+        (rates(study), "rates.png", "Loops by rate, and how long the remainder remembers itself."),
+        (
+            certificate_picture(study),
+            "certificate.png",
+            "From the commands alone: dark pairs look alike in these records, whatever was measured.",
+        ),
+    ]
+    for data, name, _ in (*first, *more):
+        write_whole(out / name, data)
+    name = _text(out.resolve().name)
+    sections = [
+        _verdict(report, name),
+        _tiles(report),
+        _warnings(report),
+        _figures(first),
+        _effects(report),
+        _next(report),
+        _records(study, report),
+        _excluded(report),
+        _section("Behind it", _figures(more)),
+        _audit(report),
+    ]
+    head = (
+        f'<meta charset="utf-8"><title>{name}</title>'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style>'
+    )
+    body = f"<main>{''.join(sections)}</main>"
+    page = f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>{body}</body></html>\n'
+    write_whole(out / "report.html", page)
+
+
+def _text(value: Any) -> str:
+    return html.escape(str(value))
+
+
+def _section(title: str, content: str) -> str:
+    return f"<section><h2>{title}</h2>{content}</section>\n"
+
+
+def _row(cells: Sequence[str], tag: str = "td") -> str:
+    """A table row; with `th` as tag its first cell heads it."""
+    if tag == "th":
+        return f"<tr><th>{cells[0]}</th>" + "".join(f"<td>{cell}</td>" for cell in cells[1:]) + "</tr>"
+    return "<tr>" + "".join(f"<{tag}>{cell}</{tag}>" for cell in cells) + "</tr>"
+
+
+def _heads(cells: Sequence[str]) -> str:
+    return "<tr>" + "".join(f"<th>{cell}</th>" for cell in cells) + "</tr>"
+
+
+def _verdict(report: dict[str, Any], name: str) -> str:
     from fem_spa.loop.diagnose import sentence
 
-    write_whole(out / "report.html", f"<!doctype html><p>{html.escape(sentence(report))}</p>")
+    kind = COLOUR.get(report["verdict"], "stopped")
+    words = MEANS.get(report["verdict"], "")
+    signature = f"<p>It looks like this: {_text(report['signature'])}.</p>" if report["signature"] else ""
+    above = f"{name}: a diagnosis by fem_spa &middot; verdict <b>{_text(report['verdict'])}</b>"
+    return (
+        f'<header class="{kind}"><p class="name">{above}</p>'
+        f"<h1>{_text(sentence(report))}</h1><p>{_text(words)}</p>{signature}</header>\n"
+    )
+
+
+def _tiles(report: dict[str, Any]) -> str:
+    held, unit = report["error"]["heldout"], _text(report["error"]["unit"])
+    labels = {
+        "before": "error before, records not used",
+        "after": "error after, the same records",
+        "floor": "what a flexible learner reaches there",
+    }
+    tiles = [(f"{number(held[k], 3)} {unit}", word) for k, word in labels.items() if held[k] is not None]
+    tiles.append((f"{number(report['error']['span'], 3)} {unit}", "range of the output"))
+    if report["effects"]:
+        tiles.append((f"{100 * report['explained']:.0f} %", "of the predictable error explained (training)"))
+    cells = (f"<div><strong>{value}</strong><span>{_text(label)}</span></div>" for value, label in tiles)
+    return f'<section class="tiles">{"".join(cells)}</section>\n'
+
+
+def _warnings(report: dict[str, Any]) -> str:
+    """What a reader must know beside the verdict."""
+    said = list(report["reasons"])
+    if report["provisional"]:
+        said.append("one record only: its last third was held out, and the verdict is provisional")
+    train, held = report["error"]["train"]["before"], report["error"]["heldout"]["before"]
+    if train and held and held > 3.0 * train:
+        said.append(
+            f"the held-out records err {held / train:.1f} times more than the training records before "
+            "anything is added: they ask for something that the training records do not show"
+        )
+    if not said:
+        return ""
+    items = "".join(f"<li>{_text(text)}</li>" for text in said)
+    return f'<section class="warnings"><h2>To know beside it</h2><ul>{items}</ul></section>\n'
+
+
+def _figures(pictures: Iterable[tuple[bytes, str, str]]) -> str:
+    cells = []
+    for data, _, words in pictures:
+        code = base64.b64encode(data).decode("ascii")
+        image = f'<img alt="{_text(words)}" src="data:image/png;base64,{code}">'
+        cells.append(f"<figure>{image}<figcaption>{_text(words)}</figcaption></figure>")
+    return f'<section class="pictures">{"".join(cells)}</section>\n'
+
+
+def _effects(report: dict[str, Any]) -> str:
+    if not report["effects"]:
+        return ""
+    rows = _heads(["effect", "weight", "what it looks like", "parameters (95 %)", "as good in its place"])
+    for effect in report["effects"]:
+        name = effect["name"]
+        numbers = "<br>".join(_parameter(n, p) for n, p in effect["parameters"].items())
+        weight = f"{100 * effect['probability']:.0f} %"
+        rivals = _text(", ".join(effect["rivals"]) or "none")
+        rows += _row([_text(name), weight, _text(EFFECTS[name].words), numbers, rivals], "th")
+    after = (
+        "<p>The model with it is <code>model_next.toml</code>; <code>fem-spa diagnose</code> and "
+        "<code>fem-spa simulate</code> read it.</p>"
+    )
+    return _section("What was added", f"<table>{rows}</table>{after}")
+
+
+def _parameter(name: str, p: dict[str, Any]) -> str:
+    text = f"{_text(name)} {number(p['value'], 3)} {_text(p['unit'])}"
+    if p["low"] is None:
+        return text
+    return f"{text} <small>({number(p['low'], 3)} to {number(p['high'], 3)})</small>"
+
+
+def _next(report: dict[str, Any]) -> str:
+    plan = report["next_experiment"]
+    if plan is None:
+        return ""
+    words = f"<b>{_text(plan['what'])}</b>: {_text(plan['why'])}."
+    file = f"The pressures to command are in <code>{_text(plan['profile'])}</code>."
+    return _section("Next experiment", f"<p>{words} {file}</p>")
+
+
+def _records(study: Study, report: dict[str, Any]) -> str:
+    """A row a record: error before and after, as a share of the span, the largest error, the learner's."""
+    from fem_spa.loop.report_json import unit_size
+
+    unit, span = report["error"]["unit"], report["error"]["span"]
+    names = study.after.base.names
+    size = unit_size(unit, names[0])
+    heads = ["record", "role", "before", "after", "after, % of range", "largest after", "learner"]
+    rows = _heads([f"{h} [{_text(unit)}]" if 1 < i != 4 else h for i, h in enumerate(heads)])
+    for row, record, after, floor in zip(
+        report["error"]["records"], study.case.split.records, study.after_rows, study.floor_rows, strict=True
+    ):
+        y = np.stack([record.outputs[name] for name in names], axis=1)
+        most = float(np.nanmax(np.linalg.norm(y - after, axis=1))) / size
+        least = float(np.sqrt(np.nanmean(np.sum((y - floor) ** 2, axis=1)))) / size
+        word = "not used" if row["role"] == "heldout" else "training"
+        if record.name == study.case.split.extrapolating:
+            word += ", goes furthest"
+        share = f"{100 * row['after'] / span:.2f}"
+        figures = [
+            number(row["before"], 3),
+            number(row["after"], 3),
+            share,
+            number(most, 3),
+            number(least, 3),
+        ]
+        rows += _row([_text(row["file"]), word, *figures], "th")
+    return _section("Error by record", f'<div class="scroll"><table class="numbers">{rows}</table></div>')
+
+
+def _excluded(report: dict[str, Any]) -> str:
+    parts = ""
+    if report["excluded"]:
+        rows = "".join(
+            _row([_text(item["name"]), f"{number(item['limit'], 2)} {_text(item['unit'])}"], "th")
+            for item in report["excluded"]
+            if item["limit"] is not None
+        )
+        parts += _folded("not seen: how large each may still be (RMS that would have shown)", rows)
+    if report["untestable"]:
+        rows = "".join(_row([_text(i["name"]), _text(i["why"])], "th") for i in report["untestable"])
+        parts += _folded("not testable with these records", rows)
+    return _section("What it is not", parts) if parts else ""
+
+
+def _folded(summary: str, rows: str) -> str:
+    return f"<details><summary>{summary}</summary><table>{rows}</table></details>"
+
+
+def _audit(report: dict[str, Any]) -> str:
+    notes = "".join(
+        _row([_text(item["file"]), _text("; ".join(item["notes"]) or "nothing odd")], "th")
+        for item in report["audit"]
+    )
+    files = "".join(
+        _row([_text(item["file"]), f"<small>sha256 {item['sha256'][:16]}</small>"], "th")
+        for item in report["inputs"]
+    )
+    versions = ", ".join(f"{name} {text}" for name, text in report["versions"].items())
+    again = f"<p><small>seed {report['seed']}; {_text(versions)}</small></p>"
+    return _section("Audit of the records", f"<table>{notes}</table>") + _section(
+        "To run it again", f"<table>{files}</table>{again}"
+    )

@@ -1,0 +1,154 @@
+"""The pictures of a diagnosis: what was measured, what is left, over what, and what the records can show."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fem_spa.loop.operators import play
+from fem_spa.loop.report_json import unit_size
+from fem_spa.output.style import ACCENT, GREY, INK, SECOND, figure, tidy
+
+if TYPE_CHECKING:
+    from fem_spa.loop.diagnose import Study
+
+MOST = 4000
+"""Points drawn of one record."""
+
+
+def drawn(drawing: Any) -> bytes:
+    """PNG of a figure."""
+    buffer = io.BytesIO()
+    drawing.savefig(buffer, format="png", dpi=110)
+    return buffer.getvalue()
+
+
+def _shown(study: Study) -> int:
+    """The record that tells most: held out, with the largest error before."""
+    records, train = study.case.split.records, study.case.split.train
+    name = study.after.base.names[0]
+    best, most = 0, -1.0
+    for i, (record, fit) in enumerate(zip(records, train, strict=True)):
+        error = float(np.nanmean((record.outputs[name] - study.before_rows[i][:, 0]) ** 2))
+        if (not fit or all(train)) and error > most:
+            best, most = i, error
+    return best
+
+
+def motion(study: Study) -> bytes:
+    """Measured, before and after over time, and the residuals beneath; one held-out record."""
+    i = _shown(study)
+    record, names = study.case.split.records[i], study.after.base.names
+    unit = record.units[names[0]]
+    size = unit_size(unit, names[0])
+    every = slice(None, None, max(len(record.time) // MOST, 1))
+    t = record.time[every] - record.time[0]
+    drawing = figure(10.5, 5.6)
+    upper, lower = drawing.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+    changed = bool(study.decision.chosen)
+    for j, name in enumerate(names):
+        line = {"linestyle": ("-", "--", ":")[j % 3]}
+        word = f" {name}" if len(names) > 1 else ""
+        y = record.outputs[name][every] / size
+        b, a = study.before_rows[i][every, j] / size, study.after_rows[i][every, j] / size
+        upper.plot(t, y, color=INK, linewidth=1.6, label=f"measured{word}", **line)
+        upper.plot(t, b, color=SECOND, linewidth=1.1, label=f"model before{word}", **line)
+        lower.plot(t, y - b, color=SECOND, linewidth=0.9, label="before")
+        if changed:
+            upper.plot(t, a, color=ACCENT, linewidth=1.1, label=f"model after{word}", **line)
+            lower.plot(t, y - a, color=ACCENT, linewidth=0.9, label="after")
+    role = "used for the fit" if study.case.split.train[i] else "not used for the fit"
+    upper.set_title(f"{record.name}, {role}", loc="left")
+    upper.set_ylabel(f"{names[0] if len(names) == 1 else 'tip'} [{unit}]")
+    upper.legend(frameon=False, fontsize=9, ncols=3)
+    lower.set_ylabel(f"measured less\nmodel [{unit}]")
+    lower.set_xlabel("time [s]")
+    tidy(upper, False)
+    tidy(lower)
+    return drawn(drawing)
+
+
+def loops(study: Study) -> bytes:
+    """Residual over pressure, by the direction of motion; before and after, all training rows."""
+    data, chain, names = study.case.data, study.case.chain, study.after.base.names
+    record = study.case.split.records[0]
+    unit = record.units[names[0]]
+    size = unit_size(unit, names[0])
+    q = chain.context(data).drive * chain.p_max / 1e3
+    rising = (q - play(data, q, 0.01 * chain.p_max / 1e3)) > 0.0
+    rows = data.train & data.known
+    changed = bool(study.decision.chosen)
+    drawing = figure(10.5 if changed else 6.4, 4.4)
+    panels = np.atleast_1d(drawing.subplots(1, 2 if changed else 1, sharey=True))
+    for axes, (word, model) in zip(panels, (("before", chain), ("after", study.after)), strict=False):
+        left = (data.output - model.predict(data))[:, 0] / size
+        for mask, color, label in ((rising, ACCENT, "pressure rising"), (~rising, SECOND, "falling")):
+            pick = np.nonzero(rows & mask)[0]
+            pick = pick[:: max(len(pick) // 2500, 1)]
+            axes.plot(q[pick], left[pick], ".", markersize=2.2, color=color, label=label)
+        axes.set_title(f"What the model leaves, {word}", loc="left")
+        axes.set_xlabel("pressure [kPa]")
+        tidy(axes)
+    panels[0].set_ylabel(f"measured less model [{unit}]")
+    panels[0].legend(frameon=False, fontsize=9, markerscale=5)
+    return drawn(drawing)
+
+
+def rates(study: Study) -> bytes:
+    """Loops of each record, coloured by its rate, and how the remainder's memory dies away."""
+    data, chain, names = study.case.data, study.case.chain, study.after.base.names
+    record = study.case.split.records[0]
+    unit = record.units[names[0]]
+    size = unit_size(unit, names[0])
+    q = chain.context(data).drive * chain.p_max / 1e3
+    left = (data.output - chain.predict(data))[:, 0] / size
+    after = (data.output - study.after.predict(data))[:, 0] / size
+    speeds = []
+    for run in data.runs:
+        moving = np.abs(np.diff(q[run.part])) / run.step
+        speeds.append(float(np.mean(moving[moving > 0.0])) if (moving > 0.0).any() else 0.0)
+    order = np.argsort(speeds)
+    drawing = figure(10.5, 4.2)
+    one, two = drawing.subplots(1, 2)
+    from matplotlib import colormaps
+
+    for place, i in enumerate(order):
+        run = data.runs[i]
+        part = slice(run.part.start, run.part.stop, max((run.part.stop - run.part.start) // 1500, 1))
+        colour = colormaps["viridis"](place / max(len(order) - 1, 1) * 0.9)
+        one.plot(q[part], left[part], color=colour, linewidth=0.8, label=f"{speeds[i]:.3g} kPa/s")
+        for values, style in ((left, "-"), (after, ":")):
+            e = values[run.part] - values[run.part].mean()
+            lags = min(len(e) // 2, 400)
+            power = float(np.mean(e * e)) or 1.0
+            acf = [float(np.mean(e[k:] * e[: len(e) - k])) / power for k in range(0, lags, 4)]
+            two.plot(run.step * np.arange(0, lags, 4), acf, style, color=colour, linewidth=0.8)
+    one.set_title("Loops by rate, before", loc="left")
+    one.set_xlabel("pressure [kPa]")
+    one.set_ylabel(f"measured less model [{unit}]")
+    one.legend(frameon=False, fontsize=8, title="mean rate", title_fontsize=8)
+    two.set_title("Memory of the remainder", loc="left")
+    two.set_xlabel("lag [s]  (solid before, dotted after)")
+    two.set_ylabel("autocorrelation")
+    tidy(one)
+    tidy(two)
+    return drawn(drawing)
+
+
+def certificate_picture(study: Study) -> bytes:
+    """Which effects these records could tell apart, whatever was measured: dark means alike."""
+    card = study.certificate
+    k = len(card.names)
+    drawing = figure(8.6, 7.4)
+    axes = drawing.subplots(1, 1)
+    image = axes.imshow(card.distance, cmap="magma", vmin=0.0, vmax=1.0)
+    axes.set_xticks(range(k), card.names, rotation=90, fontsize=8)
+    axes.set_yticks(range(k), card.names, fontsize=8)
+    axes.set_xlabel("this effect instead", color=GREY)
+    axes.set_ylabel("true effect", color=GREY)
+    axes.set_title("What of an effect another one cannot imitate", loc="left")
+    bar = drawing.colorbar(image, ax=axes, fraction=0.04)
+    bar.set_label("0: alike, 1: nothing in common", color=GREY)
+    return drawn(drawing)
