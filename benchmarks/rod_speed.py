@@ -106,6 +106,7 @@ def alone(repeats: int) -> list[str]:
     words = f"off by {apart.mean():.2f} % of the motion in the mean, {apart.max():.2f} % at most"
     return [
         f"| 5 min of babbling at 20 Hz, moving, n 20, dt 2e-4 s, valve on | {moving:.2f} s | aim 10 s |",
+        f'| the same, `integration = "modal"` | {few:.2f} s | {words} |',
         f'| the same, `clamp = "base"`, n 10, dt {step:.2g} s | {quick:.2f} s | |',
         f"| the same record, quasi-static, 30 000 states, n 20 | {whole:.2f} s | |",
         f"| one equilibrium, cold, n 20, from Python | {1e3 * single:.2f} ms | aim 5 ms |",

@@ -131,7 +131,7 @@ def statistics(error: np.ndarray, length: float) -> tuple[float, float, float, f
 
 REMARK = """The paper's errors are against a bench that is not here; they hold hysteresis and relaxation of
 the TPU, which the rod has not. Ours say how much of such an error can be numerics, and how slow the damping
-is: lambda_t of 806 1/s leaves bending a time constant of about 1.1 s, so fast sinusoids hardly get through
+is: lambda_t of 806 1/s leaves bending a time constant of about 1.2 s, so fast sinusoids hardly get through
 (quasi-static column), and that is where the paper's own errors are largest."""
 Row = tuple[Protocol, np.ndarray, dict[str, np.ndarray], float]
 
