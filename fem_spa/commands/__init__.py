@@ -9,5 +9,6 @@ SUMMARIES: dict[str, str] = {
     "fit": "fit a rubber's tests, and write a material card",
     "calibrate": "fit numbers of a deck or a reduced model to records or FE curves",
     "diagnose": "compare a model with measured records, and name the effect that it lacks",
+    "simulate": "run a model, with its effects, over the pressures of records",
     "study": "run a study that comes with the program (--list says what each shows)",
 }

@@ -20,6 +20,7 @@ from fem_spa.loop.decide import Decision, decide
 from fem_spa.loop.effects.effect import Effect
 from fem_spa.loop.effects.quantisation import EFFECT as QUANTISATION
 from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.loop.fit import polished
 from fem_spa.loop.intervals import shown_parameters
 from fem_spa.loop.lattice import lattice_theta
 from fem_spa.loop.learner import learn
@@ -39,7 +40,7 @@ from fem_spa.loop.report_json import (
 )
 from fem_spa.loop.search import Found, search
 from fem_spa.loop.split import split
-from fem_spa.loop.words import SENTENCE, signature
+from fem_spa.loop.words import LEAST_TONE, SENTENCE, periodic, signature
 from fem_spa.output.files import write_whole
 from fem_spa.output.toml import to_toml
 
@@ -150,7 +151,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
     say("deciding")
     decision = decide(inner, data, found, parted.provisional, seed)
     best = decision.best.trial.fit.chain
-    after = best if decision.chosen else inner
+    after = polished(best, data) if decision.chosen else inner
     if held is not None and air is not None:
         decision = _joined(decision, air, parted.provisional)
         if decision.verdict in ("unexplained", "none"):
@@ -160,6 +161,12 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
     plain = inner.response(data, inner.thetas, inner.base.values)
     whiten = Whitener(data, decision.noise, inner.gain * (plain - inner.rest), train_runs(data))
     decision, after = _quantised(decision, after, case)
+    if decision.verdict == "none":
+        residual = data.output - chain.predict(data)
+        rows = data.train & data.known
+        share = float(np.sqrt(np.mean(residual[rows] ** 2)) / np.max(np.ptp(data.output[rows], axis=0)))
+        if share > LEAST_TONE and periodic(chain.context(data), residual) is not None:
+            decision = replace(decision, verdict="unexplained", detected=True)
     report_card = certificate(found.atoms, whiten, found.limit, [e.name for e in effects])
     floor = _floor(after, data, whiten)
     full = case.full

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.effect import Effect
-from fem_spa.loop.noise import Whitener
+from fem_spa.loop.noise import Noise, Whitener
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,19 @@ def project(whiten: Whitener, chain: Chain, output: np.ndarray, response: np.nda
     if chain.base.gain:
         return residual, float(solution[0]), solution[1:]
     return residual, 1.0, solution
+
+
+def polished(chain: Chain, data: Data) -> Chain:
+    """The chain with gain and offsets by plain least squares on the training rows, its effects as they are.
+
+    Whitened fits hang on changes within a record; what is reported is the plain error.
+    """
+    response = chain.response(data, chain.thetas, chain.base.values)
+    spread = float(np.std(data.output[data.train])) or 1.0
+    runs = tuple(i for i, run in enumerate(data.runs) if run.train)
+    plain = Whitener(data, Noise(spread, 1e-6 * spread, 1.0, 0.0, 0.0), response, runs)
+    _, gain, offset = project(plain, chain, data.output, response)
+    return replace(chain, gain=gain, offset=offset)
 
 
 def fit(

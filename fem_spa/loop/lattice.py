@@ -11,9 +11,9 @@ from fem_spa.loop.effects.quantisation import EFFECT
 
 TEETH = (4.0, 160.0)
 """Teeth of the saw over the span, fewest and most, that are looked for."""
-LEAST_SHARE = 0.2
+LEAST_SHARE = 0.3
 """Share of the residual's variance that the saw's first harmonic must have (a pure saw has 61 %)."""
-LEAST_GAIN = 0.1
+LEAST_GAIN = 0.2
 """Share of the training error that rounding must take off."""
 
 

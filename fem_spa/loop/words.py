@@ -9,6 +9,9 @@ from fem_spa.loop.effects.effect import Context
 from fem_spa.loop.learner import Learned
 from fem_spa.loop.operators import holding, play
 
+LEAST_TONE = 0.006
+"""Share of the span from which a steady tone in the remainder is worth saying."""
+
 
 def signature(context: Context, residual: np.ndarray, learned: Learned) -> str:
     """Plain words for an (n, d) residual of the base, from descriptors on the training rows."""

@@ -1,0 +1,55 @@
+"""A model file with its effects over the drive of records; nothing is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fem_spa.loop.base import base_of
+from fem_spa.loop.compose import Chain
+from fem_spa.loop.data import build
+from fem_spa.loop.model_file import read_source
+from fem_spa.loop.prepare import outputs_of
+from fem_spa.loop.records import read_records
+from fem_spa.loop.report_json import rmse, unit_size
+from fem_spa.output.files import write_whole
+
+
+def simulate(model: Path, paths: Sequence[Path], out: Path) -> list[str]:
+    """Write predictions/<record>.csv into `out`; a line of words a record.
+
+    Raises
+    ------
+    InputError
+        where model or records are wrong, or do not fit each other
+    """
+    source = read_source(model)
+    records = read_records(paths)
+    names = outputs_of(source.model, records)
+    data = build(records, [True] * len(records), names, 10**9)
+    base = base_of(source.model, names, data.pressure.min(axis=0), data.pressure.max(axis=0))
+    nothing = Chain(
+        base, 1.0, np.zeros(len(names)), (), (), np.ones(len(names)), np.zeros(len(names)), 1, 1, 1
+    )
+    chain = source.chain(base) if source.effects else nothing
+    rows = chain.predict(data)
+    if source.model.kind == "kelvin-voigt" and "offset" in source.model.parameters:
+        rows = rows + source.model.parameters["offset"].value
+    lines = []
+    (out / "predictions").mkdir(parents=True, exist_ok=True)
+    for record, run in zip(records, data.runs, strict=True):
+        grid = record.time[0] + run.step * np.arange(run.part.stop - run.part.start)
+        found = np.stack([np.interp(record.time, grid, column) for column in rows[run.part].T], axis=1)
+        measured = np.stack([record.outputs[name] for name in names], axis=1)
+        unit = record.units[names[0]]
+        error = rmse(measured - found)
+        heads = ["time [s]", *(f"{name} [{record.units[name]}]" for name in names)]
+        sizes = [unit_size(record.units[name], name) for name in names]
+        table = np.column_stack([record.time, found / sizes])
+        text = "\n".join([",".join(heads), *(",".join(f"{v:.9g}" for v in row) for row in table)])
+        write_whole(out / "predictions" / f"{record.name}.csv", text + "\n")
+        words = "nothing measured" if error is None else f"error {error / sizes[0]:.4g} {unit}"
+        lines.append(f"{record.name}: {words}")
+    return lines
