@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import least_squares
 
 from fem_spa.output.files import write_whole
@@ -30,6 +31,7 @@ SLOW = tuple(range(0, 81, 10))
 FAST = tuple(range(0, 41, 5))
 """kPa."""
 PATHS = 3
+TOLERANCE = 1e-6  # of the residual: the angles are the same to 0.001 deg
 TOUCHING = 5e-5
 """m: walls nearer than this touch."""
 PAPER = {"mean": 4.13, "max": 9.13, "min": -2.28, "s.d.": 2.89}
@@ -83,7 +85,7 @@ def fe_map(setup: Any, folder: Path) -> tuple[np.ndarray, np.ndarray]:
             space = space or build_space(setup.problem.mesh)
             named = [{"slow": 1e3 * s, "fast": 1e3 * f} for s, f in points]
             problem = replace(setup.problem, loads=replace(setup.problem.loads, points=named))
-            result = solve(problem, StepControl(imposed_steps=1), space=space)
+            result = solve(problem, StepControl(imposed_steps=1, tolerance=TOLERANCE), space=space)
             if result.status == "interrupted":
                 raise KeyboardInterrupt
             rows = _rows(result)
@@ -201,9 +203,17 @@ def _tell(
         "What accounts for the difference: module one by moments with (7) follows FE closely; with "
         "(8), which the paper uses, it is too stiff at large stretch. (20) makes module two start as "
         "the root of the pressure and flatten, in FE its angle grows about linearly: chambers bend "
-        "by themselves before and besides squeezing, which fast_bending adds. The cantilever is "
-        "linear as well. The paper compares with its bench, not with FE."
+        "by themselves before and besides squeezing, which fast_bending adds. The paper compares "
+        "with its bench, not with FE."
     )
+    if 20 in SLOW and FAST[0] <= 13.9 <= FAST[-1]:
+        row = angle.reshape(len(SLOW), len(FAST))[SLOW.index(20)]
+        egg = float(PchipInterpolator(FAST, row)(13.9)) if np.isfinite(row).all() else float("nan")
+        paragraph(
+            f"FE at 20 and 13.9 kPa, between the pairs: {egg:.1f} deg; the paper's egg needs 100.4 deg "
+            "there, and its bench met it. FE has what the paper does not print, joint, channel, end "
+            "walls and the rubber's own batch, by assumption."
+        )
 
 
 def _line(name: str, found: dict[str, float]) -> str:
