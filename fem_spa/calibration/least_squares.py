@@ -38,8 +38,8 @@ def systematic(told: Spread | None, error: float, span: float) -> list[str]:
     if told.effective > 0.2 * told.samples or error < 0.01 * span:
         return []
     return [
-        f"what remains ({100 * error / span:.2g} % of the range) is no noise, neighbouring samples err alike: the "
-        "model lacks something, and the intervals are wide for that; fem-spa diagnose tells what"
+        f"what remains ({100 * error / span:.2g} % of the range) is no noise, neighbours err alike: "
+        "the model lacks something, and the intervals are wide for that; fem-spa diagnose tells what"
     ]
 
 
