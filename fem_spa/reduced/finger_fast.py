@@ -35,10 +35,11 @@ itself for a chamber's turn. Six chambers at 13.9 kPa: theta_2 = 21.5 deg, n2 th
 
 `reading` "crowns" is this; "printed" takes n2 theta_2.
 
-**Limits of both.** The angle starts as the root of the pressure, with an infinite slope; a finger starts
-linearly, by bending of each chamber alone, which is not in here. Below zero the walls part and squeeze
-nothing: no angle.
-"""
+**Limits of both.** The angle starts as the root of the pressure, with an infinite slope, and flattens; a
+finger starts linearly, by bending of each chamber alone, which is not in here (`fast_bending` of
+finger_sizes.py adds it once it is known). FE with contact has 36, 67, 117, 203 deg at 5, 10, 20, 40 kPa
+(studies/finger_map.py), "crowns" 39, 55, 79, 114, "printed" 77, 109, 156, 222 deg. Below zero the walls
+part and squeeze nothing: no angle."""
 
 from __future__ import annotations
 
