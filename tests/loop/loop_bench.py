@@ -1,0 +1,106 @@
+"""A small bench for tests of the loop: records with physics written in other forms than the library's effects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+STEP = 0.1
+TOP = 50.0  # kPa
+SPAN = 40.0  # deg
+
+
+def curve(q: np.ndarray) -> np.ndarray:
+    """deg at a share of the largest pressure."""
+    return SPAN * (0.6 * q + 0.4 * q * q)
+
+
+def triangle(period: float, top: float, cycles: int) -> np.ndarray:
+    t = np.arange(0.0, period * cycles, STEP) / period % 1.0
+    return top * (1.0 - np.abs(1.0 - 2.0 * t))
+
+
+def holds(levels: Sequence[float], seconds: float) -> np.ndarray:
+    points, last = [], 0.0
+    for level in levels:
+        points += [np.linspace(last, level, 10), np.full(int(seconds / STEP), level)]
+        last = level
+    return np.concatenate(points)
+
+
+def drives() -> list[np.ndarray]:
+    """Shares of the largest pressure, record by record: three rates, two amplitudes, holds, uneven steps."""
+    uneven = np.array([0.3, 0.9, 0.5, 1.0, 0.2, 0.7, 0.0])
+    return [
+        triangle(12.0, 1.0, 3),
+        np.concatenate([triangle(5.0, 0.5, 3), triangle(5.0, 1.0, 3)]),
+        holds([0.5, 1.0, 0.4, 0.0], 8.0),
+        triangle(3.0, 1.0, 8),
+        holds(list(uneven), 4.0),
+        triangle(18.0, 0.9, 2),
+    ]
+
+
+def noise(rng: np.random.Generator, n: int) -> np.ndarray:
+    """deg: white 0.15 %, coloured 0.2 % with 1.5 s of memory, an offset of 0.3 % of the span."""
+    a = np.exp(-STEP / 1.5)
+    coloured = np.zeros(n)
+    for k in range(1, n):
+        coloured[k] = a * coloured[k - 1] + np.sqrt(1 - a * a) * rng.standard_normal()
+    white = rng.standard_normal(n)
+    return np.asarray(SPAN * (0.0015 * white + 0.002 * coloured + 0.003 * rng.standard_normal()))
+
+
+def write_case(
+    folder: Path, body: Callable[[list[np.ndarray]], list[np.ndarray]], seed: int = 1
+) -> tuple[Path, list[Path]]:
+    """A curve model and six records of `body`, which turns the drives into angles in deg."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng(seed)
+    grid = np.linspace(0.0, 1.2, 60)
+    rows = "\n".join(f"{TOP * q:.8g},{y:.8g}" for q, y in zip(grid, curve(grid), strict=True))
+    (folder / "curve.csv").write_text(f"pressure [kPa],angle [deg]\n{rows}\n")
+    model = folder / "model.toml"
+    model.write_text('[model]\nkind = "curve"\nfile = "curve.csv"\n')
+    files, shares = [], drives()
+    for k, (q, angle) in enumerate(zip(shares, body(shares), strict=True)):
+        table = np.column_stack([STEP * np.arange(len(q)), TOP * q, 0.95 * angle + 1.0 + noise(rng, len(q))])
+        lines = ["# history: virgin", f"# start: 2026-03-01T10:{5 * k:02d}:00", "# orientation: 0 deg"]
+        lines.append("time [s],pressure [kPa],angle [deg]")
+        lines += [",".join(f"{v:.7g}" for v in row) for row in table]
+        files.append(folder / f"run{k}.csv")
+        files[-1].write_text("\n".join(lines) + "\n")
+    return model, files
+
+
+def nothing(shares: list[np.ndarray]) -> list[np.ndarray]:
+    return [curve(q) for q in shares]
+
+
+def duhem(shares: list[np.ndarray]) -> list[np.ndarray]:
+    """Loops after Duhem: a state that is driven by the way gone, not a sum of plays."""
+    out = []
+    for q in shares:
+        z = np.zeros(len(q))
+        for k in range(1, len(q)):
+            way = q[k] - q[k - 1]
+            z[k] = z[k - 1] + 9.0 * (way * 0.4 * SPAN * 0.12 - abs(way) * z[k - 1])
+        out.append(curve(q) - z)
+    return out
+
+
+def threshold(shares: list[np.ndarray]) -> list[np.ndarray]:
+    """Nothing below a twelfth of the pressure, the rest stretched: another form than a shifted pressure."""
+    p0 = 1.0 / 12.0
+    return [curve(np.where(q > p0, (q - p0) / (1.0 - p0), 0.0)) for q in shares]
+
+
+def wander(shares: list[np.ndarray]) -> list[np.ndarray]:
+    """What no effect of the library does: a tone whose pitch follows the pressure of ten seconds ago."""
+    out = []
+    for q in shares:
+        late = np.concatenate([np.zeros(100), q])[: len(q)]
+        out.append(curve(q) + 0.05 * SPAN * np.sin(14.0 * late) * (1.0 - late))
+    return out

@@ -1,0 +1,77 @@
+"""Records: units to SI, metadata, order, and a reason for whatever cannot be read."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fem_spa.errors import InputError
+from fem_spa.loop.data import spikes
+from fem_spa.loop.records import NoTime, read_record, read_records
+
+HEAD = "time [s],pressure [kPa],angle [deg]\n"
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_units_and_metadata_are_read(tmp_path: Path) -> None:
+    text = (
+        "# orientation: 90 deg\n# payload: 20 g\n# start: 2026-01-01T00:01:00\n# history: virgin\n"
+        "time [ms],pressure [bar],measured pressure [kPa],temperature [degC],angle [rad],colour\n"
+        "0,0,0,20,0.1,1\n100,0.5,49,21,,2\n200,1,99,21,0.3,3\n"
+    )
+    record = read_record(write(tmp_path / "a.csv", text))
+    assert record.time == pytest.approx([0, 0.1, 0.2])
+    assert record.pressures[:, 0] == pytest.approx([0, 5e4, 1e5])
+    assert record.measured is not None and record.measured[2, 0] == pytest.approx(99e3)
+    assert record.temperature is not None and record.temperature[0] == pytest.approx(293.15)
+    assert record.orientation == pytest.approx(math.pi / 2) and record.payload == pytest.approx(0.02)
+    assert np.isnan(record.outputs["angle"][1]) and record.history == "virgin"
+    assert any("colour" in note for note in record.notes)
+
+
+def test_records_stand_in_the_order_of_their_start(tmp_path: Path) -> None:
+    rows = "0,0,0\n1,1,1\n"
+    late = write(tmp_path / "late.csv", "# start: 2026-01-02T00:00:00\n" + HEAD + rows)
+    early = write(tmp_path / "early.csv", "# start: 2026-01-01T00:00:00\n" + HEAD + rows)
+    unknown = write(tmp_path / "unknown.csv", HEAD + rows)
+    assert [r.name for r in read_records([late, early])] == ["early", "late"]
+    assert [r.name for r in read_records([late, early, unknown])] == ["late", "early", "unknown"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("time [s],pressure [mm],angle [deg]\n0,0,0\n", "pressure"),
+        ("time [s],pressure [kPa],angle\n0,0,0\n", "no unit"),
+        ("time [s],pressure [kPa]\n0,0\n", "no output"),
+        (HEAD + "0,0,zero\n", "no number"),
+        (HEAD + "0,0\n", "2 cells"),
+        ("# history: old\n" + HEAD + "0,0,0\n", "history"),
+        ("# start: yesterday\n" + HEAD + "0,0,0\n", "ISO"),
+    ],
+)
+def test_what_is_wrong_is_said(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        read_record(write(tmp_path / "a.csv", text))
+
+
+def test_times_that_do_not_increase_are_no_time(tmp_path: Path) -> None:
+    with pytest.raises(NoTime):
+        read_record(write(tmp_path / "a.csv", HEAD + "1,0,0\n" * 5))
+    with pytest.raises(NoTime):
+        read_record(write(tmp_path / "b.csv", "pressure [kPa],angle [deg]\n0,0\n"))
+
+
+def test_an_outlier_is_one_and_a_step_is_none() -> None:
+    t = np.linspace(0.0, 10.0, 400)
+    step = np.where(t > 5.0, 10.0, 0.0) + 0.01 * np.sin(40.0 * t)
+    assert not spikes(step).any()
+    step[100] += 4.0
+    assert list(np.nonzero(spikes(step))[0]) == [100]
