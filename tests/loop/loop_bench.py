@@ -1,4 +1,4 @@
-"""A small bench for tests of the loop: records with physics written in other forms than the library's effects."""
+"""A small bench for tests of the loop: records whose physics is written in other forms than the library's."""
 
 from __future__ import annotations
 

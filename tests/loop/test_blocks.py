@@ -58,7 +58,7 @@ def test_starts_are_inside_the_bounds_and_change_something(name: str, case: Case
 
 
 def test_lag_is_the_closed_form_on_a_ramp(case: Case) -> None:
-    """Ramp of slope 1: y = t - tau (1 - exp(-t / tau)), for any step; all records at once and one by one alike."""
+    """Ramp: y = t - tau (1 - exp(-t / tau)) for any step; all records at once, or one by one."""
     data, tau = case.data, 0.7
     t = np.concatenate([data.clock[r.part] - data.clock[r.part.start] for r in data.runs])
     fresh = replace(data, runs=tuple(replace(r, gap=1e7) for r in data.runs))
