@@ -1,12 +1,14 @@
 """102 measured zig-zag actuators against their authors' FE: what does the FE miss?
 
-Gunawardane et al. (IJRR 2025, doi 10.1177/02783649251364287; MIT): tip angle over 0 to 340 kPa of actuators
-with chosen strain-limiting layers; 14 configurations were both measured and computed. Each of the 14 is one
-record: its angle since rest over the angle that the FE gives it at 340 kPa, times 100. The base model is the
-mean of the FE curves made dimensionless the same way. So a record's gain is the error of the FE's end value,
-and what is asked is the shape. There is no time in the data: the points stand one second apart.
+Gunawardane et al. (IJRR 2025, doi 10.1177/02783649251364287; MIT): tip angle over 0 to 340 kPa of
+actuators with chosen strain-limiting layers; 14 configurations were both measured and computed. How far
+the FE misses is told configuration by configuration. What the loop is asked is the shape of the curves:
+each record is one actuator, in percent of its own angle at 340 kPa, and the base model is the mean of
+the FE curves, in percent of theirs. Nothing is claimed of end values. There is no time in the data: the
+points stand one second apart, and each actuator is another specimen, so what is bound to a session's
+history means nothing here.
 
-All 102 then tell whether the missing effect follows the pressure or the angle, which 14 gains cannot.
+All 102 then tell whether the missing effect follows the pressure or the angle, which one shape cannot.
 """
 
 from __future__ import annotations
@@ -39,15 +41,15 @@ def run(out: Path) -> int:
     model = write_curve(out, pressure, mean, "angle [deg]")
     files = []
     for name in shared:
-        record = dimensionless(measured[name], end(computed[name]))
+        record = dimensionless(measured[name], end(measured[name]))
         time = np.arange(len(record), dtype=float)
         columns = {"time [s]": time, "pressure [kPa]": record[:, 0], "angle [deg]": record[:, 1]}
         files.append(write_record(out / "records" / f"{name}.csv", {"specimen": name}, columns))
     held = [files[k] for k in np.linspace(1, len(files) - 2, HELD).round().astype(int)]
     report = diagnose(model, [f for f in files if f not in held], out / "diagnose", held)
     print(raw_words(measured, computed, shared))
-    print(print(f"Shape, percent of FE; {len(files) - HELD} configurations train, {HELD} are held out:"))
-    print(f"  {errors(report)}\n  {said(report)}")
+    print(f"Shape, percent of the own end; {len(files) - HELD} configurations train, {HELD} are held out:")
+    print(f"  (deg stands for percent) {errors(report)}\n  {said(report)}")
     print(knee_words(measured))
     draw(measured, fe, out / "curves.png")
     return 0
