@@ -13,7 +13,7 @@ from fem_spa.output.files import write_whole
 from fem_spa.output.obstacle_surface import surface
 from fem_spa.output.render import Layer, Rendering, RenderingFailed
 from fem_spa.output.style import INK, figure
-from fem_spa.output.surface import on_paper, outside, shading
+from fem_spa.output.surface import bending_plane, on_paper, outside, shading, turned
 from fem_spa.output.words import number, pressures, straight
 from fem_spa.solid.problem import Problem, Row, State
 
@@ -40,9 +40,11 @@ class ShapePicture:
         skin = outside(space, problem.symmetry)
         self.row = row
         self.scale, self.highest = Normalize(1.0, 1.001), 1.0
-        papers = [on_paper(skin.rest)]
+        view = bending_plane(space, problem.symmetry)
+        rest = turned(skin.rest, view)
+        papers = [on_paper(rest)]
         self.layers: list[Layer] = [
-            (papers[0], skin.triangles, GHOST * shading(skin.rest, skin.triangles)[:, :, None])
+            (papers[0], skin.triangles, GHOST * shading(rest, skin.triangles)[:, :, None])
         ]
         body = skin.rest
         if state is not None:
@@ -55,12 +57,13 @@ class ShapePicture:
             self.highest = float(stretch.max())
             self.scale = Normalize(1.0, max(1.001, float(np.quantile(stretch, 0.99))))
             colours = colormaps[MAP](self.scale(stretch))[:, :3]
-            papers.append(on_paper(moved))
-            shade = shading(moved, skin.triangles)[:, :, None]
+            papers.append(on_paper(turned(moved, view)))
+            shade = shading(turned(moved, view), skin.triangles)[:, :, None]
             self.layers.append((papers[1], skin.triangles, colours[skin.triangles] * shade))
             body = np.vstack([body, moved])
         self.box = _frame(np.vstack(papers), 0.12 if problem.obstacles else 0.03)
-        rigid = [surface(obstacle, body) for obstacle in problem.obstacles]
+        faces = [surface(obstacle, body) for obstacle in problem.obstacles]
+        rigid = [(turned(points, view), triangles) for points, triangles in faces]
         self.layers = [
             *((on_paper(points), t, RIGID * shading(points, t)[:, :, None]) for points, t in rigid),
             *self.layers,
@@ -72,8 +75,8 @@ class ShapePicture:
         """Compose and write the .png; the coordinates of its axes are mm on paper."""
         left, right, bottom, top = (1e3 * value for value in self.box)
         ratio = (top - bottom) / (right - left)
-        width = 8.6 if ratio < 0.9 else max(4.8, 7.7 / ratio)
-        drawing = figure(width, width * 0.94 * ratio + 1.5)
+        width = 8.6 if ratio < 0.9 else max(5.6, 7.7 / ratio)
+        drawing = figure(width, min(width * 0.94 * ratio + 1.5, 9.2))
         axes = drawing.add_subplot()
         self._paint(axes, (left, right, bottom, top))
         axes.set_xlim(left, right)

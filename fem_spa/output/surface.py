@@ -1,4 +1,4 @@
-"""The outside of an actuator as triangles on paper: mirrored to the whole, on the bending plane x-z.
+"""The outside of an actuator as triangles on paper: mirrored to the whole, turned to its bending plane x-z.
 
 The projection is a cabinet one: the plane x-z keeps its lengths and angles, so that a scale bar and a
 bending angle can be read off; the depth y goes a third of its length up to the right.
@@ -64,6 +64,26 @@ def outside(space: Any, symmetry: Mapping[str, str]) -> Outside:
         triangles = np.vstack([triangles, triangles[:, ::-1] + len(rest)])
         rest, sign, node = np.vstack([rest, other]), np.vstack([sign, flip]), np.concatenate([node, node])
     return Outside(rest, triangles, node, sign)
+
+
+def bending_plane(space: Any, symmetry: Mapping[str, str]) -> str:
+    """The normal, "x", "y" or "z", of the plane in which the actuator bends: that of the symmetry plane which
+    holds its axis; "y" where none does."""
+    across = np.zeros(3)
+    if "tip" in space.surfaces:
+        corners = space.points[np.asarray(space.surfaces["tip"])[:, :3]]
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
+        across = np.abs(across) / max(float(np.linalg.norm(across)), 1e-300)
+    for normal in "yxz":
+        if normal in symmetry.values() and across["xyz".index(normal)] < 0.5:
+            return normal
+    return "y"
+
+
+def turned(points: np.ndarray, normal: str) -> np.ndarray:
+    """Points (n, 3) turned so that the plane with a normal becomes x-z, to be put on paper."""
+    x, y, z = points.T
+    return {"y": points, "x": np.column_stack([y, -x, z]), "z": np.column_stack([x, -z, y])}[normal]
 
 
 def on_paper(points: np.ndarray) -> np.ndarray:

@@ -35,7 +35,10 @@ def pressures(values: Mapping[str, float], digits: int = 4) -> str:
         return f"{number(next(iter(values.values())) / 1e3, digits)} kPa"
     if len(values) > 1 and len({f"{value:.9g}" for value in values.values()}) == 1:
         return f"{number(next(iter(values.values())) / 1e3, digits)} kPa in {', '.join(values)}"
-    return ", ".join(f"{name} {number(value / 1e3, digits)} kPa" for name, value in values.items())
+    return ", ".join(
+        f"{name}{':' if name[-1:].isdigit() else ''} {number(value / 1e3, digits)} kPa"
+        for name, value in values.items()
+    )
 
 
 def millimetres_cubed(volume: float) -> str:
