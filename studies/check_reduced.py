@@ -1,10 +1,10 @@
 """Every reduced model against the FE of its own actuator: as published, calibrated, and from FE directly.
 
 Small actuators (seven folds, seven chambers, the whole arm), meshes coarse enough for minutes: what is
-compared is one model with another of the same body, not with a bench. Contact is off, and pressures stay
-below the first touch of walls. Of each FE curve every third inner pressure is held out; errors are on those
-alone, in per cent of the curve's range. The FE curves stay in DIR/fe and are not solved again while decks are
-the same. The elements of "kelvin-voigt" have nothing here to be held against: FE does not creep.
+compared is one model with another of the same body, not with a bench. Contact is off below the first touch of
+walls, and on in the fast module beyond it. Of each FE curve every third inner pressure is held out; errors are
+on those alone, in per cent of the curve's range. The FE curves stay in DIR/fe and are not solved again while
+decks are the same. The elements of "kelvin-voigt" have nothing here to be held against: FE does not creep.
 """
 
 from __future__ import annotations
@@ -48,7 +48,10 @@ PAPER = {"paper": {"modulus": "2 GPa", "thickness": "0.1 mm"}}
 
 @dataclass(frozen=True)
 class Scale:
-    """How large the study is: sizes of elements, and points a curve; tests take a smaller one."""
+    """How large the study is: sizes of elements, and points a curve; tests take a smaller one.
+
+    touching : Pa, of the fast module with contact; 0: without it
+    """
 
     zigzag: str = "4 mm"
     finger: str = "5 mm"
@@ -59,6 +62,7 @@ class Scale:
     piece: int = 5
     arm_length: str = "180 mm"
     arm_rings: int = 8
+    touching: float = 5e3
 
 
 @dataclass(frozen=True)
@@ -133,25 +137,27 @@ def chains(out: Path, scale: Scale) -> list[Check]:
 def fingers(out: Path, scale: Scale) -> list[Check]:
     """The composite finger's two modules, and rows of chambers from FE of a shorter piece."""
     found = []
-    # module, air, m a chamber, its first chamber's place; the fast one up to its first touch
-    for module, top, pitch in (("slow", 40e3, 9e-3), ("fast", 1.2e3, 7e-3)):
+    # the fast module up to its first touch, then with its walls pressing each other
+    cases = [("slow", 40e3, 9e-3, False), ("fast", 1.2e3, 7e-3, False)]
+    cases += [("fast", scale.touching, 7e-3, True)] if scale.touching else []
+    for module, top, pitch, contact in cases:
         other = "fast" if module == "slow" else "slow"
-        loads = {"pressure": f"{top} Pa", "points": scale.points, "contact": False}
+        loads = {"pressure": f"{top} Pa", "points": scale.points, "contact": contact}
 
         def body(count: int, module: str = module, other: str = other) -> dict[str, Any]:
             size = {"size": scale.finger, f"{module}_chambers": count, f"{other}_chambers": 0}
             return {"shape": "pneunet"} | size
 
-        count = scale.chambers
-        whole = fe(out, f"finger_{module}", deck(body(count), RUBBER, loads, layers=PAPER))
+        count, name = scale.chambers, module + "_touching" * contact
+        words_ = f"{module} module{', touching' * contact}"
+        whole = fe(out, f"finger_{name}", deck(body(count), RUBBER, loads, layers=PAPER))
         piece = deck(body(scale.piece), RUBBER, loads, layers=PAPER)
-        law = piece_law(out, f"piece_{module}", piece, module, top, pitch, scale.piece)
+        law = piece_law(out, f"piece_{name}", piece, module, top, pitch, scale.piece)
         kind = {"kind": "pneunet", f"{module}_chambers": count, f"{other}_chambers": 0}
         model = read_model({"model": kind})
-        vary = [f"{module}_stiffness"]
-        found.append(check(out, "pneunet", f"{module} module", model, whole, vary, "angle"))
+        found.append(check(out, "pneunet", words_, model, whole, [f"{module}_stiffness"], "angle"))
         row = law.segments(count, pitch)
-        found.append(check(out, "segments", f"{module} module", row, whole, ["gain"], "angle", FROM_FE))
+        found.append(check(out, "segments", words_, row, whole, ["gain"], "angle", FROM_FE))
     return found
 
 

@@ -20,6 +20,7 @@ SMALL = Scale(
     piece=4,
     arm_length="60 mm",
     arm_rings=2,
+    touching=0.0,
 )
 
 
