@@ -1,9 +1,13 @@
 """Temperature: the rubber's stiffness follows its temperature, logged or as it warms while it works."""
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.operators import lowpass
+
+LOG_SMOOTHED = 20.0
+"""s over which a logged temperature is averaged: a body does not follow the grain of its thermometer."""
 
 
 def warmth(ctx: Context, tau: float) -> np.ndarray:
@@ -11,8 +15,11 @@ def warmth(ctx: Context, tau: float) -> np.ndarray:
     driven."""
     logged = ctx.data.temperature
     if logged is not None:
-        first = float(np.mean(logged[: max(len(logged) // 50, 1)]))
-        return np.asarray((logged - first) / 10.0)
+        slow = np.empty_like(logged)
+        for run in ctx.data.runs:
+            rows = max(int(LOG_SMOOTHED / run.step), 1)
+            slow[run.part] = uniform_filter1d(logged[run.part], rows, mode="nearest")
+        return np.asarray((slow - slow[0]) / 10.0)
     return lowpass(ctx.data, np.minimum(np.abs(ctx.drive) * 2.0, 1.0), tau)
 
 
