@@ -28,7 +28,7 @@ SUMMARY = "the arm on all protocols of its paper, from stretching to sinusoids; 
 SECONDS = math.inf
 """Of each protocol at most; the paper's durations are shorter than that."""
 FINE = 20
-"""Elements of the rod with the second-order clamp: 0.1 mm from its limit, where the paper's clamp is 4 mm off."""
+"""Elements with the second-order clamp: 0.1 mm from the limit, where the paper's clamp is 4 mm off."""
 NOISE = 5e-4
 """m, standard deviation of the simulated markers ("less than a millimeter")."""
 PRINCIPAL = ("Stretching", "Bending 1", "Bending 2")

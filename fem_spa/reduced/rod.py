@@ -50,6 +50,8 @@ GRID = 1e-3
 """s; spacing of the pressures that a time loop gets."""
 MODAL_GRID = 1e-2
 """s; step of the implicit integration."""
+LONGEST = 2e4
+"""s; a longer record is a slip of units, or has a gap of hours."""
 SAFE = 0.9
 """Of the largest stable explicit step."""
 _OUTPUTS = (Output("x", "mm"), Output("y", "mm"), Output("z", "mm"))
@@ -108,13 +110,18 @@ class Rod:
     def simulate(self, drive: Drive) -> np.ndarray:
         """(n, 3) tip in m at the drive's times.
 
-        InputError as `check_drive`, or where no equilibrium is found or the time loop grows without bound.
+        InputError as `check_drive`, for more than `LONGEST`, no equilibrium, a motion without bound.
         """
         time, pressure = check_drive(drive, self.chambers, self.kind)
         if not self.damping:
             inside = valve_pressure(time, pressure, self.supply())
             return self.settled(inside, drive.orientation, drive.payload)
         step, march = (MODAL_GRID, self.glide) if self.integration == "modal" else (GRID, self.march)
+        if time[-1] - time[0] > LONGEST:
+            raise InputError(
+                f"given a record of {time[-1] - time[0]:.4g} s: the rod moves through {LONGEST:g} s at most; "
+                "cut it, or take damping = false"
+            )
         grid = time[0] + step * np.arange(math.ceil((time[-1] - time[0]) / step - 1e-9) + 1)
         inside = valve_pressure(time, pressure, self.supply(), at=grid)
         tip = march(self.strains(inside), step, drive.orientation, drive.payload)

@@ -144,6 +144,13 @@ def test_a_wrong_drive_is_one_line(drive: Drive, words: str) -> None:
         arm().simulate(drive)
 
 
+def test_one_sample_and_far_too_long_a_record() -> None:
+    tip = arm().simulate(Drive(np.zeros(1), np.full((1, 3), 1e5)))
+    assert tip == pytest.approx(arm().settled(np.zeros((1, 3))))
+    with pytest.raises(InputError, match="cut it"):
+        arm().simulate(Drive(np.array([0.0, 1e6]), np.zeros((2, 3))))
+
+
 def test_no_preset_is_one_line() -> None:
     with pytest.raises(InputError, match="am-i-support"):
         read_model({"kind": "rod"}, Path())
