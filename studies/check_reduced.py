@@ -2,9 +2,10 @@
 
 Small actuators (seven folds, seven chambers, the whole arm), meshes coarse enough for minutes: what is
 compared is one model with another of the same body, not with a bench. Contact is off below the first touch of
-walls, and on in the fast module beyond it. Of each FE curve every third inner pressure is held out; errors are
-on those alone, in per cent of the curve's range. The FE curves stay in DIR/fe and are not solved again while
-decks are the same. The elements of "kelvin-voigt" have nothing here to be held against: FE does not creep.
+walls, and on in the fast module beyond it. Of each FE curve every third inner pressure is held out; errors
+are on those alone, in per cent of the curve's range. The FE curves stay in DIR/fe and are not solved again
+while decks are the same. The elements of "kelvin-voigt" have nothing here to be held against: FE does not
+creep.
 """
 
 from __future__ import annotations

@@ -250,8 +250,10 @@ def _fit(
         r = np.concatenate(pieces)
         size = math.sqrt(float(np.mean(r**2)))
         if size < best[0]:
+            told = size < 0.99 * best[0]
             best[0], reached[0] = size, z
-            say(f"{count[0]} simulations, error {100 * size:.3g} % of the range")
+            if told:
+                say(f"{count[0]} simulations, error {100 * size:.3g} % of the range")
         return r
 
     options: dict[str, Any] = {
