@@ -21,6 +21,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
@@ -34,7 +36,6 @@ from fem_spa.solid.problem import Problem
 from fem_spa.solid.space import Space
 
 AXES = {"x": 0, "y": 1, "z": 2}
-DISTANCE = 0.02  # of the element size: gap at which contact pressure begins
 RULE = 6  # polynomial degree of the rule on a face
 REACH = 0.5  # of the element size: how far a neighbour is looked for, outside and inside
 _SKIN = 0.25  # of the element size: how far nodes may move before neighbours are looked for anew
@@ -93,6 +94,8 @@ class Contact:
         self.itself = itself
         self.obstacles = obstacles
         self.side = _sides(space, self.faces)
+        self.loose = itself and _parts(space.tets) > 1
+        self.longest_motion = 0.4 * REACH * size
         rule, weights = get_quadrature(RefTri, RULE)
         self.shape = np.array([_shape(s, t) for s, t in rule.T])
         rest = space.points
@@ -215,7 +218,7 @@ class Contact:
                 np.empty(6),
                 force,
             )
-            acting = (near.face >= 0) & (near.gap < own)
+            acting = (near.face >= 0) & (own > 0) & (near.gap < own)
             inside = float(max(0.0, -near.gap[acting].min(initial=0.0)))
         on = np.zeros((len(self.obstacles), 3))
         m = len(self.shape)
@@ -321,18 +324,22 @@ class Contact:
         return float(gap)
 
 
-def contact_of(problem: Problem, space: Space, size: float, modulus: float) -> Contact:
-    """A problem's contact: the distance follows from the element size, the stiffness from the loads.
+def contact_of(problem: Problem, space: Space, part: float, size: float, modulus: float) -> Contact:
+    """A problem's contact: the distance follows from the smaller faces' size, the stiffness from the loads.
 
-    size : element size, m;  modulus : stiffest shear modulus, Pa
+    part : distance of activation over the size of the smaller faces;  size : element size, m
+    modulus : stiffest shear modulus, Pa
     """
+    X = space.points[space.boundary[:, :3]]
+    areas = np.linalg.norm(np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]), axis=1)
+    smaller = float(np.sqrt(np.percentile(areas, 5)))
     loads = problem.loads
     stiffness = 0.02 * modulus
     if loads.control == "pressure":
         highest = max((abs(p) for point in loads.points for p in point.values()), default=0.0)
         stiffness = max(4.0 * highest, 1e-3 * modulus)
     return Contact(
-        space, problem.symmetry, problem.obstacles, problem.contact, DISTANCE * size, stiffness, size
+        space, problem.symmetry, problem.obstacles, problem.contact, part * smaller, stiffness, size
     )
 
 
@@ -355,6 +362,15 @@ def _sides(space: Space, faces: np.ndarray) -> np.ndarray:
         for f in space.surfaces[name].tolist():
             number[tuple(sorted(f[:3]))] = k + 1
     return np.array([number.get(tuple(sorted(f[:3])), 0) for f in faces.tolist()], dtype=np.int64)
+
+
+def _parts(tets: np.ndarray) -> int:
+    """How many bodies there are that share no node."""
+    a, b = tets[:, :1].repeat(9, axis=1).ravel(), tets[:, 1:].ravel()
+    n = int(tets.max()) + 1
+    graph = coo_matrix((np.ones(len(a), dtype=np.int8), (a, b)), shape=(n, n))
+    _, label = connected_components(graph, directed=False)
+    return len(np.unique(label[np.unique(tets)]))
 
 
 def _across(faces: np.ndarray) -> np.ndarray:

@@ -274,7 +274,7 @@ def forces(faces, shape, weight, points, distance, stiffness, face, place, gap, 
     highest = 0.0
     for k in range(len(points)):
         o = face[k]
-        if o < 0 or gap[k] >= distance[k]:
+        if o < 0 or distance[k] == 0.0 or gap[k] >= distance[k]:
             continue
         f, q = points[k] // m, points[k] % m
         p, _ = pressure(gap[k], distance[k], stiffness)
@@ -353,7 +353,7 @@ def tangent(
     complete = True
     for k in range(len(points)):
         o = face[k]
-        if o < 0 or gap[k] >= distance[k]:
+        if o < 0 or distance[k] == 0.0 or gap[k] >= distance[k]:
             continue
         f, q = points[k] // m, points[k] % m
         p, slope = pressure(gap[k], distance[k], stiffness)

@@ -217,10 +217,14 @@ def solve_equilibrium(
                         return failed("Newton's steps grew instead of shrinking")
         except SingularMatrix as exc:
             return failed(str(exc))
-        last = step
         deepest = max(2.0 * system.inside(), system.depth_allowed)
         increment = np.zeros_like(x)
         increment[free] = step[:n] * system.scale
+        whole = system.whole_step(increment)
+        if whole < 1.0:
+            step = whole * step
+            increment *= whole
+        last = step
         system.settle_layers(x, increment)
         x += increment
         if constraint.bordered:
@@ -240,10 +244,10 @@ def solve_equilibrium(
             notice(iterations, error)
         if not np.isfinite(error):
             return failed("an element turned inside out")
-        if cuts:
+        if cuts or whole < 1.0:
             last = None
             system.settle_layers(x)
-        renew = renew_always or cuts > 0
+        renew = renew_always or cuts > 0 or whole < 1.0
     system.settle_layers(x)
     return Equilibrium(x, pressure, e, iterations, True, cost=spent, history=history)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fem_spa.errors import InputError
+from fem_spa.solid.approach import first_touch, not_through, touches
 from fem_spa.solid.cards import CardWatch
 from fem_spa.solid.contact import contact_of
 from fem_spa.solid.linear import make_solver
@@ -25,6 +26,7 @@ from fem_spa.solid.walls import Walls
 
 STEPS_OF_A_PATH = 20  # largest automatic step: this part of the whole path
 _GROWTH = 2.0
+_TOUCH_STEPS = 80  # a step in which walls first touch is no larger than the path's length over this
 _FIRMER = 6  # times that contact is made stiffer for one step
 _EASY = 2.5  # a step that cost no more than this many full Newton iterations may grow
 _EASY_TOUCHING = 5.0  # likewise while walls touch: where they touch changes with every step
@@ -99,7 +101,11 @@ class _Walk:
         self.factors = Factors(make_solver(self.system.pattern))
         if self.problem.contact or self.problem.obstacles:
             self.system.contact = contact_of(
-                self.problem, self.space, self.system.length_unit, self.system.stress_unit
+                self.problem,
+                self.space,
+                self.steps.contact_distance,
+                self.system.length_unit,
+                self.system.stress_unit,
             )
 
     def run(self) -> Result:
@@ -198,7 +204,7 @@ class _Walk:
         if total == 0:
             return
         longest = total if dead else total / STEPS_OF_A_PATH
-        size = longest
+        size = 0.25 * longest if self.approaching and not dead else longest
         walked = 0.0
         predictor = Predictor()
         predictor.add(0.0, self.x, self.pressure)
@@ -218,23 +224,29 @@ class _Walk:
                 if step > 0.75 * left or (imposed and step > left * (1 - 1e-9)):
                     step = left
                 equilibrium, step = self.advance(
-                    predictor, walked, done, step, length, a, b, constraint, dead
+                    predictor, walked, done, step, length, total, a, b, constraint, dead
                 )
+                touching = self.system.touching is not None and self.system.touching.highest > 0
+                if self.approaching and touching and not dead:
+                    part = first_touch(self.system, predictor, walked, step)
+                    now = equilibrium.pressure
+                    self.touched(self.pressure + part * (now - self.pressure))
                 done = length if step == left else done + step
                 walked += step
                 self.x, self.pressure = equilibrium.x, equilibrium.pressure
                 self.equilibrium = equilibrium
+                if self.system.contact is not None:
+                    self.system.contact.accept(self.space.points + self.system.displacement(self.x))
                 predictor.add(walked, self.x, self.pressure)
                 if not dead:
                     self.fraction = walked / total
                     self.keep(equilibrium, is_point=done == length)
-                touching = self.system.touching is not None and self.system.touching.highest > 0
                 if equilibrium.cost <= (_EASY_TOUCHING if touching else _EASY):
                     size = min(longest, max(size, step) * _GROWTH)
                 else:
                     size = max(step, 0.5 * size) if step < size else size
 
-    def advance(self, predictor, walked, done, step, length, a, b, constraint, dead):
+    def advance(self, predictor, walked, done, step, length, total, a, b, constraint, dead):
         """One converged step of at most `step`; smaller ones are tried where it fails."""
         smallest = self.steps.min_fraction * length
         while True:
@@ -243,7 +255,10 @@ class _Walk:
                 target = b
             x, pressure = predictor.predict(walked + step)
             factor = float(target[0]) if dead else 1.0
-            x = self.not_through(x)
+            if not dead and self.approaching and step > total / _TOUCH_STEPS and touches(self.system, x):
+                step *= 0.5
+                continue
+            x = not_through(self.system, self.x, x)
             self.system.prescribe(x, factor)
             equilibrium = self.attempt(x, pressure, constraint(target), factor)
             if equilibrium.converged and self.system.contact is not None:
@@ -255,18 +270,6 @@ class _Walk:
             step *= 0.5
             if step < smallest:
                 raise self.give_up(equilibrium, constraint, dead)
-
-    def not_through(self, x: np.ndarray) -> np.ndarray:
-        """The predicted x, or a part of the way to it on which walls do not go far into one another."""
-        contact, system = self.system.contact, self.system
-        if contact is None:
-            return x
-        for _ in range(4):
-            touching = contact.evaluate(self.space.points + system.displacement(x))
-            if touching.inside <= system.depth_allowed:
-                break
-            x = 0.5 * (self.x + x)
-        return x
 
     def attempt(
         self, x: np.ndarray, pressure: np.ndarray, constraint: Constraint, dead_factor: float
@@ -385,15 +388,23 @@ class _Walk:
         for observer in self.observers:
             observer.converged(state, row, self.fraction)
 
+    @property
+    def approaching(self) -> bool:
+        """Contact is on, and nothing has touched yet."""
+        return self.system.contact is not None and self.touch is None
+
+    def touched(self, pressure: np.ndarray) -> None:
+        """Note the cavities' pressures (Pa) at first touch."""
+        self.touch = dict(zip(self.system.cavities, pressure.tolist(), strict=True))
+
     def contact_row(self, displacement: np.ndarray, row: Row) -> dict[str, Any]:
         """Gap and forces on obstacles of the state last evaluated; notes where things first touch."""
         system = self.system
         if system.contact is None or system.touching is None:
             return {}
-        system.contact.accept(self.space.points + displacement)
         gap = system.contact.gap(self.space.points + displacement)
-        if self.touch is None and system.touching.highest > 0:
-            self.touch = touch_pressure(self.rows, row.pressure)
+        if self.touch is None and not self.rows and system.touching.highest > 0:
+            self.touched(self.pressure)
         return {"gap": gap, "obstacle_force": system.obstacle_force()}
 
     def watch_walls(self, displacement: np.ndarray, pressure: dict[str, float]) -> None:
@@ -419,18 +430,3 @@ class _Walk:
             )
             self.walls = None
         self.seconds["contact"] += time.perf_counter() - started
-
-
-def touch_pressure(rows: Sequence[Row], now: Mapping[str, float]) -> dict[str, float]:
-    """Pressures at first touch, between the last row and those of `now`: the gap is continued linearly."""
-    if not rows:
-        return dict(now)
-    part = 0.5
-    gaps = [row.gap for row in rows[-2:] if row.gap is not None and np.isfinite(row.gap)]
-    if len(gaps) == 2 and gaps[0] > gaps[1]:
-        before, last = rows[-2].pressure, rows[-1].pressure
-        name = max(now, key=lambda n: abs(now[n] - last[n]))
-        if last[name] != before[name] and now[name] != last[name]:
-            left = gaps[1] / (gaps[0] - gaps[1]) * (last[name] - before[name])
-            part = min(max(left / (now[name] - last[name]), 0.0), 1.0)
-    return {name: rows[-1].pressure[name] + part * (now[name] - rows[-1].pressure[name]) for name in now}

@@ -115,6 +115,7 @@ class StepControl:
     max_iterations : Newton iterations after which a step is cut
     min_fraction : smallest increment, as a fraction of the stretch between two load points
     stop_at_touch : end the path before the step in which walls would pass through one another
+    contact_distance : gap at which contact pressure begins, over the size of the smaller boundary faces
     renew_always : factorize at every iteration: full Newton, quadratic to the end, and slower
     """
 
@@ -123,6 +124,7 @@ class StepControl:
     max_iterations: int = 15
     min_fraction: float = 1e-4
     stop_at_touch: bool = False
+    contact_distance: float = 0.0133
     renew_always: bool = False
 
 

@@ -314,6 +314,14 @@ class System:
         """How deep the deepest point of the state last evaluated is inside something, m."""
         return 0.0 if self.touching is None else self.touching.inside
 
+    def whole_step(self, increment: np.ndarray) -> float:
+        """Part of an increment (n_dofs,) that may be made at once: parts that share no node must not
+        pass through one another unseen, and walls of one body cannot."""
+        if self.contact is None or not self.contact.loose:
+            return 1.0
+        longest = float(np.abs(increment[: self.n_u]).max())
+        return min(1.0, self.contact.longest_motion / max(longest, 1e-300))
+
     def obstacle_force(self) -> np.ndarray:
         """(n_obstacles, 3) N: what the whole actuator exerts on each obstacle, after `evaluate`."""
         assert self.touching is not None
