@@ -71,8 +71,11 @@ class ShapePicture:
         self.coloured = state is not None
         self.rendering = Rendering(self.box, PIXELS, self.layers)
 
-    def write(self, path: Path) -> None:
-        """Compose and write the .png; the coordinates of its axes are mm on paper."""
+    def write(self, path: Path, title: str | None = None) -> None:
+        """Compose and write the .png; the coordinates of its axes are mm on paper.
+
+        `title` : None is pressure and angle of the state
+        """
         left, right, bottom, top = (1e3 * value for value in self.box)
         ratio = (top - bottom) / (right - left)
         width = 8.6 if ratio < 0.9 else max(5.6, 7.7 / ratio)
@@ -84,7 +87,7 @@ class ShapePicture:
         axes.set_aspect("equal")
         axes.set_axis_off()
         _scale_bar(axes, right - left)
-        axes.set_title(_title(self.row), fontweight="bold", fontsize=13, color=INK)
+        axes.set_title(title or _title(self.row), fontweight="bold", fontsize=13, color=INK)
         if self.coloured:
             self._colour_bar(drawing, axes)
         buffer = io.BytesIO()
