@@ -25,7 +25,7 @@ TOLERANCE = 0.05
 """Sets within this share of the best's explained error stay rivals: the true law is never the library's."""
 LEAST_SHARE = 0.62
 """A set that explains less of what is predictable explains only part."""
-STEP_SHARE = 0.03
+STEP_SHARE = 0.045
 """What one more effect must explain, of everything that is predictable."""
 STEP_REST = 0.45
 """What one more effect must take of what was left before it."""
@@ -36,6 +36,12 @@ LEAST_VISIBLE = 0.003
 """Share of the span below which a change of the prediction is not worth a name."""
 STEP_VISIBLE = 0.004
 """The same for one more effect."""
+LARGEST_WITHIN = 0.01
+"""Share of the span above which what is left within records, their own offset and gain aside, is no noise."""
+LEAST_OF_BOTH = 0.5
+"""What the whitened and the plain share must each reach."""
+CARRIED_OVER = 0.5
+"""Share of the fitted gain that must be there on records left out."""
 LARGEST_NOISE = 0.025
 """Share of the span above which a remainder is not taken for noise, whatever its colour."""
 
@@ -48,11 +54,13 @@ class Scored:
     ----------
     share : of the predictable error that it explains
     errors : whitened, by folds
+    least : the smaller of the whitened and the plain share, of which `share` is the mean
     """
 
     trial: Trial
     share: float
     errors: FoldErrors
+    least: float
 
 
 @dataclass(frozen=True)
@@ -102,7 +110,7 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     base = errors[()]
     span = max(sizes[()] - floor, 1e-12)
     scored = [
-        Scored(trial, 0.5 * ((sizes[()] - sizes[names]) / span + plain_share[names]), errors[names])
+        _scored(trial, (sizes[()] - sizes[names]) / span, plain_share[names], errors[names])
         for names, trial in found.trials.items()
     ]
     scored.sort(key=lambda s: -_rank(s))
@@ -111,13 +119,14 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     known = _learnable(chain, data, found, level, runs)
     left = 1.0 - best.share
     large = _relative(found.base, level, data) > LARGEST_NOISE
+    large = large or _within(found.base, level, data) > LARGEST_WITHIN
     if not detected or (not best.trial.names and known < 0.15):
         if known >= 0.2 or large:
             return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, ())
         return Decision("none", (), {}, scored, 0.0, 0.0, False, learned, noise, best, ())
     if best.trial.names and _visible(found.base, best.trial, level, data) < LEAST_VISIBLE and not large:
         return Decision("none", (), {}, scored, 0.0, 0.0, False, learned, noise, best, ())
-    if best.share < LEAST_SHARE or not best.trial.names:
+    if best.share < LEAST_SHARE or best.least < LEAST_OF_BOTH or not best.trial.names:
         words = (f"the best set explains {100 * max(best.share, 0):.0f} % of what is predictable",)
         return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, words)
     reasons = gates(best, base, data, seed)
@@ -129,6 +138,28 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     return Decision(
         verdict, best.trial.names, rivals, scored, best.share, left, True, learned, noise, best, ()
     )
+
+
+def _scored(trial: Trial, whitened: float, plain: float, errors: FoldErrors) -> Scored:
+    return Scored(trial, 0.5 * (whitened + plain), errors, min(whitened, plain))
+
+
+def _within(base: Trial, level: np.ndarray, data: Data) -> float:
+    """RMS of the base's residual as a share of the span, every record's own offset and gain aside."""
+    total, count = 0.0, 0
+    for run in data.runs:
+        rows = np.arange(run.part.start, run.part.stop)[data.known[run.part]]
+        if not run.train or len(rows) < 3:
+            continue
+        for j in range(level.shape[1]):
+            columns = np.column_stack([level[rows, j], np.ones(len(rows))])
+            left = base.fit.residual[rows, j]
+            left = left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+            total += float(left @ left)
+        count += len(rows)
+    rows_all = data.train & data.known
+    extent = float(np.max(np.ptp(level[rows_all], axis=0))) or 1.0
+    return math.sqrt(total / max(count, 1)) / extent
 
 
 def _plain_shares(
@@ -283,9 +314,9 @@ def gates(best: Scored, base: FoldErrors, data: Data, seed: int) -> tuple[str, .
     better = base.left_out - best.errors.left_out
     judged = best.errors.leverage < 0.7
     if by_records(data) and judged.any():
-        gained = float(base.fitted.sum() - best.errors.fitted.sum())
-        if better[judged].sum() < -0.05 * max(gained, 0.0) - 3.0 * best.errors.parameters:
-            failed.append("the error on left-out records rises")
+        gained = float((base.fitted - best.errors.fitted)[judged].sum())
+        if better[judged].sum() < CARRIED_OVER * max(gained, 0.0) - 4.0 * best.errors.parameters:
+            failed.append("what is gained in the fit is not there on records left out of it")
     chain = best.trial.fit.chain
     for effect, theta in zip(chain.effects, chain.thetas, strict=True):
         amplitudes = effect.amplitudes

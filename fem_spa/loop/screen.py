@@ -22,6 +22,9 @@ from fem_spa.loop.fit import linear_columns
 from fem_spa.loop.folds import folds
 from fem_spa.loop.noise import Whitener
 
+LEAST_VISIBLE = 1e-7
+"""Share of an atom's square that the base's refit must leave."""
+
 
 @dataclass(frozen=True)
 class Group:
@@ -73,7 +76,24 @@ def make_atoms(chain: Chain, data: Data, effects: Sequence[Effect]) -> Atoms:
     nuisance = base_columns(chain, data, plain)
     residual = data.output - (chain.gain * plain + chain.offset)
     rows = np.concatenate([np.stack(columns, axis=2), nuisance, residual[:, :, None]], axis=2)
-    return Atoms(tuple(groups), rows, len(columns))
+    return _showing(Atoms(tuple(groups), rows, len(columns)), data)
+
+
+def _showing(atoms: Atoms, data: Data) -> Atoms:
+    """Without the atoms that the refit of the base takes altogether: their factors would be noise over
+    nothing."""
+    flat = atoms.rows[data.train & data.known].reshape(-1, atoms.rows.shape[2])
+    gram = flat.T @ flat
+    left = np.diag(reduced(gram, atoms.count))[:-1] > LEAST_VISIBLE * np.diag(gram)[: atoms.count]
+    place = np.cumsum(left) - 1
+    groups = []
+    for group in atoms.groups:
+        keep = [i for i, c in enumerate(group.columns) if left[c]]
+        if keep:
+            columns = place[group.columns[keep]]
+            groups.append(Group(group.effect, tuple(group.thetas[i] for i in keep), columns))
+    kept = np.concatenate([np.nonzero(left)[0], np.arange(atoms.count, atoms.rows.shape[2])])
+    return Atoms(tuple(groups), atoms.rows[:, :, kept], int(left.sum()))
 
 
 def base_columns(chain: Chain, data: Data, plain: np.ndarray) -> np.ndarray:
