@@ -30,7 +30,7 @@ from fem_spa.solid.linear import make_solver
 from fem_spa.solid.newton import Constraint
 from fem_spa.solid.observables import Angle
 from fem_spa.solid.observe import Silent
-from fem_spa.solid.problem import Material, Problem, Row, State
+from fem_spa.solid.problem import Material, Problem, Row, State, StepControl
 from fem_spa.solid.space import Space, build_space
 from fem_spa.solid.system import Evaluation, System, cavity_values
 from geometry.second_order import to_second_order
@@ -177,10 +177,12 @@ class Sensitivities(Silent):
     ----------
     knobs : what is varied; the cavities' pressures come by themselves where pressure is prescribed
     every : at every converged state, not at load points only
+    steps : the run's own, where they are not the default: they say how near walls begin to touch
     """
 
-    def __init__(self, knobs: Sequence[Knob], every: bool = False) -> None:
+    def __init__(self, knobs: Sequence[Knob], every: bool = False, steps: StepControl | None = None) -> None:
         self.knobs = tuple(knobs)
+        self.steps = steps or StepControl()
         self.every = every
         self.found: list[Derivatives] = []
 
@@ -189,8 +191,8 @@ class Sensitivities(Silent):
         loads = problem.loads
         self.problem, self.space = problem, space
         self.moves_tip = loads.tip_displacement is not None
-        self.free = _Probe(problem, space, hold_tip=self.moves_tip)
-        self.neighbours = [_Neighbours(k, problem, space, self.moves_tip) for k in self.knobs]
+        self.free = _Probe(problem, space, self.steps, hold_tip=self.moves_tip)
+        self.neighbours = [_Neighbours(k, problem, space, self.steps, self.moves_tip) for k in self.knobs]
         self.tip_drift = np.zeros((len(self.knobs), space.n_dofs))
         self.rest_volume = self.free.system.evaluate(self.free.system.rest(), self._no_pressure(), 0.0).volume
         self.angle = Angle(problem, space)
@@ -205,8 +207,8 @@ class Sensitivities(Silent):
         if row.step == 0 and self.problem.blocked and not self.moves_tip:
             derivatives, motions = self._at(self.free, self.neighbours, state, row)
             self.tip_drift = motions[: len(self.knobs)]
-            self.free = _Probe(self.problem, self.space, hold_tip=True)
-            self.neighbours = [_Neighbours(k, self.problem, self.space, True) for k in self.knobs]
+            self.free = _Probe(self.problem, self.space, self.steps, hold_tip=True)
+            self.neighbours = [_Neighbours(k, self.problem, self.space, self.steps, True) for k in self.knobs]
             self.found.append(derivatives)
         elif self.every or row.is_point:
             self.found.append(self._at(self.free, self.neighbours, state, row)[0])
@@ -334,9 +336,9 @@ class Sensitivities(Silent):
 class _Probe:
     """A system of its own, contact included, so that the run's is not disturbed."""
 
-    def __init__(self, problem: Problem, space: Space, hold_tip: bool) -> None:
+    def __init__(self, problem: Problem, space: Space, steps: StepControl, hold_tip: bool) -> None:
         self.system = System(problem, space, hold_tip)
-        self.system.contact = _contact(problem, space, self.system)
+        self.system.contact = _contact(problem, space, self.system, steps)
 
     def look(self, x: np.ndarray, pressure: np.ndarray) -> Evaluation:
         """The evaluation at a converged state.
@@ -360,11 +362,11 @@ class _Probe:
         return here
 
 
-def _contact(problem: Problem, space: Space, system: System) -> Contact | None:
+def _contact(problem: Problem, space: Space, system: System, steps: StepControl) -> Contact | None:
     """Contact of a system whose lengths and stresses are those of `system`."""
     if not problem.contact and not problem.obstacles:
         return None
-    return contact_of(problem, space, system.length_unit, system.stress_unit)
+    return contact_of(problem, space, steps.contact_distance, system.length_unit, system.stress_unit)
 
 
 class _Neighbours:
@@ -374,7 +376,8 @@ class _Neighbours:
     shape : the two rest shapes' angles where the knob moves the mesh, else None
     """
 
-    def __init__(self, k: Knob, problem: Problem, space: Space, hold_tip: bool) -> None:
+    def __init__(self, k: Knob, problem: Problem, space: Space, steps: StepControl, hold_tip: bool) -> None:
+        self.steps = steps
         step = STEP * (abs(k.value) if k.value else 1.0)
         self.width = 2 * step
         ends = [k.turn(problem, k.value + step), k.turn(problem, k.value - step)]
@@ -410,7 +413,7 @@ class _Neighbours:
             neighbour.contact = system.contact
             return
         if neighbour.contact is None:
-            neighbour.contact = _contact(neighbour.problem, neighbour.space, system)
+            neighbour.contact = _contact(neighbour.problem, neighbour.space, system, self.steps)
         assert neighbour.contact is not None
         neighbour.contact.stiffness = system.contact.stiffness
         neighbour.contact.accept(neighbour.space.points + neighbour.displacement(x))
