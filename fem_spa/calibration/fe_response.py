@@ -158,8 +158,9 @@ def respond(
     """
     points = [dict(zip(chosen.cavities, map(float, row), strict=True)) for row in chosen.points[1:]]
     problem = replace(problem, loads=replace(problem.loads, points=points, control="pressure"))
-    seen = Sensitivities(knobs, every=chosen.single)
-    result = solve(problem, replace(steps, stop_at_touch=False), [seen, *observers])
+    steps = replace(steps, stop_at_touch=False)
+    seen = Sensitivities(knobs, every=chosen.single, steps=steps)
+    result = solve(problem, steps, [seen, *observers])
     if result.status == "interrupted":
         raise KeyboardInterrupt
     found = seen.found
