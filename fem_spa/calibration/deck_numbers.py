@@ -13,8 +13,8 @@ from fem_spa.calibration.walls import thickness_mode
 from fem_spa.deck import Deck, nearest, parse_deck
 from fem_spa.errors import InputError
 from fem_spa.prepare import Setup, prepare
+from fem_spa.solid.knobs import Knob, knob, knob_names
 from fem_spa.solid.problem import Problem
-from fem_spa.solid.sensitivity import Knob, knob, knob_names
 from fem_spa.units import show
 
 OFFSET = "offset"

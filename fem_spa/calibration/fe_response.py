@@ -15,10 +15,11 @@ import numpy as np
 
 from fem_spa.calibration.observation import Run
 from fem_spa.errors import InputError
+from fem_spa.solid.knobs import Knob
 from fem_spa.solid.observe import Observer
 from fem_spa.solid.path import solve
 from fem_spa.solid.problem import Problem, StepControl
-from fem_spa.solid.sensitivity import Derivatives, Knob, Sensitivities
+from fem_spa.solid.sensitivity import Derivatives, Sensitivities
 
 POINTS = 5
 """Load points over the range of one pressure."""

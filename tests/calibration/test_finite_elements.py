@@ -165,8 +165,9 @@ def test_respond_gives_the_curve_and_its_slope():
 @pytest.mark.slow
 def test_derivatives_where_walls_press_each_other():
     # catches a tangent without contact: beyond the touch the neighbour carries part of the load
+    from fem_spa.solid.knobs import knob
     from fem_spa.solid.problem import StepControl
-    from fem_spa.solid.sensitivity import Sensitivities, knob
+    from fem_spa.solid.sensitivity import Sensitivities
 
     deck = tables()
     deck["geometry"] |= {"fast_chambers": 2, "size": "5 mm"}

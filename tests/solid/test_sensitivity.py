@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from fem_spa.errors import InputError
+from fem_spa.solid.knobs import knob, knob_names
 from fem_spa.solid.path import solve
 from fem_spa.solid.problem import Layer, Loads, StepControl
-from fem_spa.solid.sensitivity import Sensitivities, knob, knob_names
+from fem_spa.solid.sensitivity import Sensitivities
 
 END = {"near": 4.0e4, "far": 2.0e4}
 TIGHT = StepControl(tolerance=1e-11, max_iterations=40)
