@@ -5,6 +5,7 @@ Solves a deck of every built-in shape (some ten minutes), or takes what RESULTS/
 
 from __future__ import annotations
 
+import csv
 import json
 import sys
 import tomllib
@@ -14,6 +15,7 @@ from pathlib import Path
 from pictures import HERE, keep
 
 from fem_spa.deck import read_deck
+from fem_spa.output.compare import draw
 from fem_spa.output.shape_picture import ShapePicture
 from fem_spa.prepare import prepare
 from fem_spa.run import run_deck
@@ -33,12 +35,16 @@ written by `docs/gallery.py`; sizes of the shapes: `fem-spa mesh --help`. A deck
 
 @dataclass(frozen=True)
 class Entry:
-    """A deck to show; `study` is the study that runs it, `words` what is to be seen."""
+    """A deck to show; `study` is the study that runs it, `words` what is to be seen.
+
+    `column` : of curve.csv, drawn over the pressure instead of curve.png
+    """
 
     name: str
     deck: Path
     words: str
     study: str = ""
+    column: str = ""
 
 
 STUDIES = HERE.parent / "studies"
@@ -60,6 +66,7 @@ ENTRIES = (
         STUDIES / "zigzag_linear.toml",
         "The zig-zag actuator without a limiting layer: it grows longer.",
         "zigzag_linear",
+        "extension [mm]",
     ),
     Entry(
         "zigzag-bending",
@@ -101,8 +108,16 @@ def section(entry: Entry, results: Path) -> str:
     if not (folder / "report.html").is_file() and run_deck(entry.deck, folder).exit_status:
         raise SystemExit(f"{entry.deck} did not reach its end: see {folder}")
     problem = prepare(read_deck(entry.deck)).problem
-    ShapePicture(problem, build_space(problem.mesh), None, None).write(folder / "rest.png")
-    for word, file in (("rest", "rest.png"), ("pressure", "shape.png"), ("curve", "curve.png")):
+    ShapePicture(problem, build_space(problem.mesh), None, None).write(folder / "rest.png", "at rest")
+    curve = "curve.png"
+    if entry.column:
+        curve = "column.png"
+        with open(folder / "curve.csv", newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        across = "pressure [kPa]"
+        found = [[float(row[name]) for row in rows] for name in (across, entry.column)]
+        draw(folder / curve, entry.column, (across, entry.column), {"FE": (found[0], found[1])})
+    for word, file in (("rest", "rest.png"), ("pressure", "shape.png"), ("curve", curve)):
         keep(folder / file, f"gallery-{entry.name}-{word}.png", SIZE, COLOURS)
     record = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     place = entry.deck.relative_to(HERE.parent).as_posix()

@@ -57,7 +57,7 @@ def run(out: Path) -> int:
             force = on_sphere(row)
             print(
                 f"{row.pressure['slow'] / 1e3:10.1f} {row.pressure['fast'] / 1e3:12.1f}"
-                f" {np.linalg.norm(force):20.3f} {-force[2]:22.3f} {force[0]:14.3f}"
+                f" {np.linalg.norm(force):20.3f} {0.0 - force[2]:22.3f} {force[0]:14.3f}"
             )
     touch = outcome.result.touch_pressure
     if touch and seen.place is not None:
