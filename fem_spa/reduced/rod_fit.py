@@ -117,7 +117,7 @@ def fit_rod(
             moved = float(np.abs(y - x).max())
             x, r, cost = y, trial, float(trial @ trial)
             damping, accepted = max(damping / 5, 1e-9), accepted + 1
-            if gain < 1e-6 or moved < 1e-7:
+            if gain < 1e-5 or moved < 1e-6:
                 break
             J = run.jacobian(x, r, low, high)
         else:
