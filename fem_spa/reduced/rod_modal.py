@@ -227,8 +227,8 @@ def implicit(strain, step, weight, mass, damped, slow, rod):
     strain : (m, 3) spontaneous sigma_3, kappa_1, kappa_2 at the points
     weight : (n + 1, 3) N;  mass : (n + 1,) with the payload, kg;  damped : (n + 1,) without it
     slow : translational damping, 1/s
-    rod : modes at the inner points (n, BEND) and in the elements (n, 2), whether the clamp is a hinge, length of
-        an element in m, axial and bending stiffness (3,) each
+    rod : modes at the inner points (n, BEND) and in the elements (n, 2), whether the clamp is a hinge, length
+        of an element in m, axial and bending stiffness (3,) each
     """
     n = mass.size - 1
     out = np.full((strain.shape[0], 3), math.nan)
