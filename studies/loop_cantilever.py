@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import csv
 import gzip
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -107,10 +108,15 @@ def mass_words(reports: dict[str, dict[str, Any]], drops: list[float]) -> str:
             continue
         mass = 1e3 / compliance / (2 * np.pi * f) ** 2
         lines.append(f"{name:<8} {f:15.2f} {mass:17.0f} {1e3 * alone:23.0f} {1e3 * load / GRAVITY:10.0f}")
-    lines.append(
-        "A load that is a force without mass would leave the first frequency as it is. It falls as the hung\n"
-        "mass, carried along, asks: the payload's inertia is what the authors' dynamic model lacks."
-        if all(frequency(r) is not None for r in reports.values())
-        else "Without the frequencies nothing is said of the payload's inertia."
-    )
+    found = [frequency(r) for r in reports.values()]
+    if None in found:
+        lines.append("Without the frequencies nothing is said of the payload's inertia.")
+    elif all(a > b for a, b in pairwise(f for f in found if f is not None)):
+        lines.append(
+            "A load that is a force without mass would leave the first frequency about as it is. It falls, and\n"
+            "the moving mass grows by about what was hung: consistent with the payload's inertia, which the\n"
+            "authors' dynamic model lacks."
+        )
+    else:
+        lines.append("The frequency does not fall with the load: nothing speaks for the payload's inertia.")
     return "\n".join(lines)

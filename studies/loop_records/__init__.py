@@ -6,6 +6,8 @@ in the folder that FEM_SPA_DATA names, else in `shared/data` beside the reposito
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -64,7 +66,8 @@ def diagnose(
     words = ["diagnose", str(model), *map(str, records), "--seed", str(seed), "--out", str(out)]
     if holdout:
         words += ["--holdout", *map(str, holdout)]
-    status = main(words)
+    with contextlib.redirect_stdout(io.StringIO()):  # the studies say it in their own words
+        status = main(words)
     if status != 0:
         raise InputError(f"given {model.name}: diagnose ended with status {status}; its line above says why")
     report: dict[str, Any] = json.loads((out / "report.json").read_text(encoding="utf-8"))
