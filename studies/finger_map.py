@@ -85,7 +85,7 @@ def fe_map(setup: Any, folder: Path) -> tuple[np.ndarray, np.ndarray]:
             space = space or build_space(setup.problem.mesh)
             named = [{"slow": 1e3 * s, "fast": 1e3 * f} for s, f in points]
             problem = replace(setup.problem, loads=replace(setup.problem.loads, points=named))
-            result = solve(problem, StepControl(imposed_steps=1, tolerance=TOLERANCE), space=space)
+            result = solve(problem, StepControl(tolerance=TOLERANCE), space=space)
             if result.status == "interrupted":
                 raise KeyboardInterrupt
             rows = _rows(result)
