@@ -3,7 +3,8 @@
     python benchmarks/contact.py            the curve with and without contact, one after the other
     python benchmarks/contact.py --halved   likewise to 6.6 kPa with distance and steps halved
 
-Needs ../shared/meshes (FEM_SPA_SHARED names the folder that holds meshes/). Prints rows for docs/verification.md.
+Needs ../shared/meshes (FEM_SPA_SHARED names the folder that holds meshes/). Prints rows of
+docs/verification.md.
 """
 
 from __future__ import annotations
