@@ -113,8 +113,8 @@ def mass_words(reports: dict[str, dict[str, Any]], drops: list[float]) -> str:
         lines.append("Without the frequencies nothing is said of the payload's inertia.")
     elif all(a > b for a, b in pairwise(f for f in found if f is not None)):
         lines.append(
-            "A load that is a force without mass would leave the first frequency about as it is. It falls, and\n"
-            "the moving mass grows by about what was hung: consistent with the payload's inertia, which the\n"
+            "A load that is a force without mass would leave the first frequency about as it is. It falls,\n"
+            "and the moving mass grows by about what was hung: consistent with the payload's inertia, which the\n"
             "authors' dynamic model lacks."
         )
     else:
