@@ -153,8 +153,10 @@ def solve(small: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, float]:
     """Factors >= 0 of the chosen atoms, and the sum of squares that they take off; `small` is `reduced`."""
     a = small[np.ix_(columns, columns)]
     b = small[columns, -1]
-    size = np.sqrt(np.maximum(np.diag(a), 1e-300))
-    scaled = a / np.outer(size, size)
+    shows = np.diag(a) > 1e-14 * max(float(np.max(np.diag(small)[:-1])), 1e-300)
+    size = np.where(shows, np.sqrt(np.maximum(np.diag(a), 1e-300)), 1.0)
+    scaled = a / np.outer(size, size) * np.outer(shows, shows)
+    b = b * shows
     values, vectors = np.linalg.eigh(scaled)
     good = values > 1e-9
     root = np.sqrt(values[good])
