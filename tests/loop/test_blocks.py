@@ -10,6 +10,7 @@ from loop_bench import duhem, write_case
 
 from fem_spa.loop.effects.effect import SLOTS
 from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.loop.experiment import WHAT
 from fem_spa.loop.model_file import read_source
 from fem_spa.loop.noise import Noise, Whitener, fit_noise
 from fem_spa.loop.operators import _lag, lag_up_down, lowpass, play
@@ -53,6 +54,7 @@ def test_starts_are_inside_the_bounds_and_change_something(name: str, case: Case
     for group in effect.starts(context) if effect.untestable(context) is None else []:
         for theta in group:
             assert np.all(theta >= effect.low) and np.all(theta <= effect.high)
+    assert effect.experiment in WHAT and effect.words
     for mate in effect.classmates:
         assert name in EFFECTS[mate].classmates, "same class is symmetric"
 
