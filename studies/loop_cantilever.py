@@ -114,8 +114,8 @@ def mass_words(reports: dict[str, dict[str, Any]], drops: list[float]) -> str:
     elif all(a > b for a, b in pairwise(f for f in found if f is not None)):
         lines.append(
             "A load that is a force without mass would leave the first frequency about as it is. It falls,\n"
-            "and the moving mass grows by about what was hung: consistent with the payload's inertia, which the\n"
-            "authors' dynamic model lacks."
+            "and the moving mass grows by about what was hung: consistent with the payload's inertia,\n"
+            "which the authors' dynamic model lacks."
         )
     else:
         lines.append("The frequency does not fall with the load: nothing speaks for the payload's inertia.")
