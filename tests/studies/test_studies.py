@@ -59,12 +59,14 @@ def test_slow_module(study: Study) -> None:
     assert angle[3] - angle[2] == pytest.approx(3.3, abs=0.4)
 
 
+@pytest.mark.slow
 def test_composite_finger(study: Study) -> None:
     """Two cavities; the pressures of the egg example are a row, though not on the way to the end."""
     run = study(
         "composite_finger",
         "geometry.slow_chambers=2",
         "geometry.fast_chambers=2",
+        "geometry.size='5 mm'",
         "loads.pressure={ slow = '24 kPa', fast = '16 kPa' }",
     )
     assert run.status == 0
