@@ -398,6 +398,8 @@ def sentence(report: dict[str, Any]) -> str:
     text = SENTENCE[report["verdict"]].format(
         effects=effects or "an effect", rivals=", ".join(dict.fromkeys(rivals)) or "others", why=""
     )
+    if report["verdict"] == "ambiguous" and not rivals:
+        return f"The records are consistent with {effects}; provisional: there was one record only."
     if report["verdict"] == "attributed" and rivals:
         text += f" One output alone cannot tell it from {', '.join(dict.fromkeys(rivals))}."
     return text
