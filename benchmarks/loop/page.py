@@ -30,6 +30,10 @@ Row = dict[str, str]
 Test = Callable[[Row], bool]
 
 
+REMARKS = Path(__file__).with_name("remarks.md")
+"""What a person says of the tables: where it falls short, and why."""
+
+
 def write_page(folders: Sequence[Path], page: Path, engine: str = "") -> None:
     """Write the page of result folders; `engine` names the version that ran.
 
@@ -43,9 +47,11 @@ def write_page(folders: Sequence[Path], page: Path, engine: str = "") -> None:
     for f in folders:
         if f.name.startswith("without-"):
             left_out.setdefault(f.name.removeprefix("without-"), []).extend(rows_of(f / "results.csv"))
+    remarks = REMARKS.read_text(encoding="utf-8").strip() if REMARKS.is_file() else ""
     parts = [
         head(full, engine),
         aims(full),
+        remarks,
         by_protocol(full),
         by_effect(full),
         confusion(full),
@@ -117,7 +123,7 @@ def head(rows: Sequence[Row], engine: str) -> str:
     return f"""# The loop, tested blind
 
 Written by `python -m benchmarks.loop page` on {today}; {platform.machine()}, {os.cpu_count()} cores, shared
-with other work, one thread a case. Program: {engine or "this version"}.
+with a dozen other programs (load average 10 to 13), one thread a case. Program: {engine or "this version"}.
 
 The records come from `benchmarks/loop`, a generator that shares no code and no functional form with the
 library of effects: relays and a Duhem equation for hysteresis, power laws and Eyring flow for creep,
