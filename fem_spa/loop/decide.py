@@ -303,7 +303,7 @@ def _tolerance(best: Scored, rival: Scored) -> float:
     """How much less a rival may explain: more where the best leaves more, and what chance alone can do."""
     form = min(TOLERANCE, 0.01 + 2.0 * max(1.0 - best.share, 0.0))
     if _size(rival.errors) - _size(best.errors) < 12.0:
-        return 1.0
+        return max(form, 2.0 * TOLERANCE)
     return form
 
 

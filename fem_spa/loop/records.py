@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_spa.errors import InputError
+from fem_spa.reduced.checks import refuse_gap
 from fem_spa.units import quantity
 
 OUTPUTS = {"angle": "rad", "displacement": "m", "force": "N", "x": "m", "y": "m", "z": "m"}
@@ -46,6 +47,7 @@ class Record:
     session, trial, specimen : as written, None where not stated
     start : s since 1970, None where not stated
     sha256 : of the file
+    backward : samples that were left out because their time does not increase
     notes : what the reader saw and a person should know
     """
 
@@ -65,6 +67,7 @@ class Record:
     specimen: str | None = None
     start: float | None = None
     sha256: str = ""
+    backward: int = 0
     notes: tuple[str, ...] = ()
     metadata: dict[str, str] = field(default_factory=dict)
 
@@ -156,7 +159,7 @@ def read_record(path: Path | str) -> Record:
         raise InputError(f"record {path}: each commanded pressure needs its measured one, or none has it")
     if time is None:
         raise NoTime(f"record {path} has no time; a column 'time [s]' is needed")
-    keep = _usable(path, time, commanded, notes)
+    keep, backward = _usable(path, time, commanded, notes)
     temperature = columns.get("temperature")
     if temperature is not None and not np.isfinite(temperature[keep]).any():
         temperature = None
@@ -174,6 +177,7 @@ def read_record(path: Path | str) -> Record:
         outputs={name: values[keep] for name, values in outputs.items()},
         units=units,
         sha256=hashlib.sha256(content).hexdigest(),
+        backward=backward,
         notes=tuple(notes),
         metadata=metadata,
         **_facts(path, metadata),  # type: ignore[arg-type]
@@ -282,8 +286,21 @@ def _stack(path: Path, columns: dict[str, np.ndarray], word: str) -> np.ndarray 
     return np.stack([columns[f"{word} {k}"] for k in numbers], axis=1)
 
 
-def _usable(path: Path, time: np.ndarray, pressure: np.ndarray, notes: list[str]) -> np.ndarray:
-    """Indices of samples with time and pressure, times increasing."""
+def refuse_broken(record: Record) -> None:
+    """InputError for a record whose times go back or that lacks rows: models are not to guess there."""
+    if record.backward:
+        raise InputError(
+            f"record {record.path}: {record.backward} times do not increase; sort the rows or cut the "
+            "record there"
+        )
+    try:
+        refuse_gap(record.time)
+    except InputError as error:
+        raise InputError(f"record {record.path}: {error}") from None
+
+
+def _usable(path: Path, time: np.ndarray, pressure: np.ndarray, notes: list[str]) -> tuple[np.ndarray, int]:
+    """Indices of samples with time and pressure, times increasing; how many times do not."""
     good = np.isfinite(time) & np.isfinite(pressure).all(axis=1)
     dropped = int(np.sum(~good))
     if dropped:
@@ -299,7 +316,7 @@ def _usable(path: Path, time: np.ndarray, pressure: np.ndarray, notes: list[str]
         )
     if back:
         notes.append(f"{back} samples whose time does not increase are left out")
-    return np.asarray(index[forward])
+    return np.asarray(index[forward]), back
 
 
 def _filled(time: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -15,6 +15,8 @@ from fem_spa.loop.prepare import outputs_of
 from fem_spa.loop.records import read_records
 from fem_spa.loop.report_json import rmse, unit_size
 from fem_spa.output.files import write_whole
+from fem_spa.reduced.checks import outside
+from fem_spa.reduced.model import Drive
 
 
 def simulate(model: Path, paths: Sequence[Path], out: Path) -> list[str]:
@@ -51,5 +53,6 @@ def simulate(model: Path, paths: Sequence[Path], out: Path) -> list[str]:
         text = "\n".join([",".join(heads), *(",".join(f"{v:.9g}" for v in row) for row in table)])
         write_whole(out / "predictions" / f"{record.name}.csv", text + "\n")
         words = "nothing measured" if error is None else f"error {error / sizes[0]:.4g} {unit}"
-        lines.append(f"{record.name}: {words}")
+        beyond = outside(source.model, Drive(record.time, record.pressures))
+        lines.append(f"{record.name}: {words}" + (f"; {beyond}" if beyond else ""))
     return lines
