@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_spa.errors import InputError
-from fem_spa.loop.records import NoTime, Record, read_record
+from fem_spa.loop.records import NoTime, Record, read_record, refuse_broken
 from fem_spa.reduced.model import Drive
 from fem_spa.reduced.tables import factor, same_kind
 
@@ -110,6 +110,7 @@ def _has_time(path: Path) -> bool:
 
 
 def _of_record(record: Record) -> Run:
+    refuse_broken(record)
     pressure = record.pressures if record.measured is None else record.measured
     drive = Drive(
         record.time,

@@ -180,3 +180,18 @@ def test_law_of_a_piece(tmp_path, monkeypatch, capsys):
         assert main(wrong) == 2
         said = capsys.readouterr().err.strip()
         assert words in said and len(said.splitlines()) == 1, said
+
+
+@pytest.mark.parametrize(("cut", "words"), [(slice(40, 90), "gap of"), (None, "times do not increase")])
+def test_broken_records_are_refused(records, capsys, cut, words):
+    # a model run over what is missing, or over a clock that was set back
+    lines = Path("r0.csv").read_text().splitlines()
+    head, rows = lines[0], lines[1:]
+    if cut is None:
+        rows = [*rows[:60], *rows[50:]]
+    else:
+        del rows[cut]
+    Path("broken.csv").write_text("\n".join([head, *rows]) + "\n")
+    assert main(["calibrate", "model.toml", "broken.csv", "--vary", "k1"]) == 2
+    captured = capsys.readouterr()
+    assert words in captured.err and len(captured.err.strip().splitlines()) == 1
