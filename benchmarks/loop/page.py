@@ -42,6 +42,7 @@ def write_page(folders: Sequence[Path], page: Path, engine: str = "") -> None:
     """
     special = ("without-", "timing", "studies")
     full = [row for f in folders if not f.name.startswith(special) for row in rows_of(f / "results.csv")]
+    full = list({row["name"]: row for row in full}.values())
     timed = [row for f in folders if f.name == "timing" for row in rows_of(f / "results.csv")]
     left_out: dict[str, list[Row]] = {}
     for f in folders:
@@ -134,7 +135,7 @@ records, by files, and is run as a user runs it. Half of the cases name their he
 others the program chooses.
 
 Cases: {len(rows)} ({told}); {len(failed)} did not end with status 0. Brackets: k of n; 95 % interval.
-Seeds of this page were not looked at while the program was made."""
+Seeds of this page were not looked at while the program was made. More: `python -m benchmarks.loop run`."""
 
 
 def aims(rows: Sequence[Row]) -> str:
