@@ -29,6 +29,7 @@ from fem_spa.loop.noise import Whitener
 from fem_spa.loop.pneumatic import SETTLED_BY_PRESSURE, Pneumatics, pneumatics
 from fem_spa.loop.prepare import Case, base_for, before, outputs_of, prepare, train_runs
 from fem_spa.loop.records import NoTime, Record, read_records
+from fem_spa.loop.repeats import repeat_floor
 from fem_spa.loop.report_json import (
     clean,
     empty_errors,
@@ -285,6 +286,9 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
     for name in d.chosen:
         candidates += [r for r in d.rivals.get(name, []) if r not in candidates]
     held = table["heldout"]
+    again = repeat_floor(records, train, names, study.after_rows)
+    if again is not None:
+        held["floor"], held["floor_from"] = again[0] / sizes, again[1]
     known = [v for v in (held["before"], held["after"], held["floor"]) if v is not None]
     held["floor"] = min(known) if known else None
     report = {

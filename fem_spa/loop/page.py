@@ -105,10 +105,11 @@ def _verdict(report: dict[str, Any], name: str) -> str:
 
 def _tiles(report: dict[str, Any]) -> str:
     held, unit = report["error"]["heldout"], _text(report["error"]["unit"])
+    repeated = held["floor_from"].startswith("repeats")
     labels = {
         "before": "error before, records not used",
         "after": "error after, the same records",
-        "floor": "what a flexible learner reaches there",
+        "floor": "how far repeats differ" if repeated else "what a flexible learner reaches there",
     }
     tiles = [(f"{number(held[k], 3)} {unit}", word) for k, word in labels.items() if held[k] is not None]
     tiles.append((f"{number(report['error']['span'], 3)} {unit}", "range of the output"))
