@@ -124,7 +124,7 @@ def head(rows: Sequence[Row], engine: str) -> str:
     return f"""# The loop, tested blind
 
 Written by `python -m benchmarks.loop page` on {today}; {platform.machine()}, {os.cpu_count()} cores, shared
-with a dozen other programs (load average 10 to 13), one thread a case. Program: {engine or "this version"}.
+with a dozen other programs (load average 4 to 8), one thread a case. Program: {engine or "this version"}.
 
 The records come from `benchmarks/loop`, a generator that shares no code and no functional form with the
 library of effects: relays and a Duhem equation for hysteresis, power laws and Eyring flow for creep,
