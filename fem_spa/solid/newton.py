@@ -25,6 +25,8 @@ from fem_spa.solid.system import Evaluation, System, inner, norm
 # by benchmarks/solver_speed.py, fixed here so that a run does not depend on the machine's mood.
 FACTOR_COST = 7
 _MOST_UPDATES = 30
+_HOPELESS = 0.3  # an error that is still that large after half the iterations will not fall
+_NEAR = 1e-2  # one that is that small after all of them is given half as many again
 _MOST_CUTS = 4  # halvings of one step that turns an element inside out, or walls far into one another
 
 
@@ -124,7 +126,7 @@ class Factors:
 class Equilibrium:
     """x (n_dofs,), cavity pressures (Pa), the evaluation there, iterations used; `why` it failed, if so.
 
-    cost : iterations in units of full Newton iterations
+    cost : iterations in units of full Newton iterations;  cuts : larger steps that failed before this one
     """
 
     x: np.ndarray
@@ -134,6 +136,7 @@ class Equilibrium:
     converged: bool
     why: str = ""
     cost: float = 0.0
+    cuts: int = 0
     history: list[float] = field(default_factory=list)
 
 
@@ -196,7 +199,7 @@ def solve_equilibrium(
         return Equilibrium(x, pressure, e, iterations, False, why, history=history)
 
     while error > tolerance:
-        if spent >= max_iterations:
+        if spent >= max_iterations * (0.5 if error > _HOPELESS else 1.5 if error < _NEAR else 1.0):
             return failed("Newton's method did not converge")
         try:
             if not renew:
@@ -211,7 +214,8 @@ def solve_equilibrium(
                 factors.renew(system, x, pressure, constraint, e)
                 spent += 1.0
                 step = factors.newton_step(e.residual, value)
-                if last is not None and norm(step) > 2.0 * norm(last):
+                falls = len(history) > 1 and history[-1] < 0.7 * history[-2]
+                if last is not None and norm(step) > 2.0 * norm(last) and not falls:
                     rising += 1
                     if rising > 1:
                         return failed("Newton's steps grew instead of shrinking")

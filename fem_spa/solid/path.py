@@ -29,6 +29,7 @@ _GROWTH = 2.0
 _TOUCH_STEPS = 80  # a step in which walls first touch is no larger than the path's length over this
 _FIRMER = 6  # times that contact is made stiffer for one step
 _EASY = 2.5  # a step that cost no more than this many full Newton iterations may grow
+_WAIT = 2  # steps without growth after one that had to be cut while walls touch
 _EASY_TOUCHING = 5.0  # likewise while walls touch: where they touch changes with every step
 
 
@@ -205,7 +206,7 @@ class _Walk:
             return
         longest = total if dead else total / STEPS_OF_A_PATH
         size = 0.25 * longest if self.approaching and not dead else longest
-        walked = 0.0
+        walked, wait = 0.0, 0
         predictor = Predictor()
         predictor.add(0.0, self.x, self.pressure)
         direction = None
@@ -241,7 +242,11 @@ class _Walk:
                 if not dead:
                     self.fraction = walked / total
                     self.keep(equilibrium, is_point=done == length)
-                if equilibrium.cost <= (_EASY_TOUCHING if touching else _EASY):
+                if touching and equilibrium.cuts:
+                    size, wait = step, _WAIT
+                elif wait > 0:
+                    wait -= 1
+                elif equilibrium.cost <= (_EASY_TOUCHING if touching else _EASY):
                     size = min(longest, max(size, step) * _GROWTH)
                 else:
                     size = max(step, 0.5 * size) if step < size else size
@@ -249,6 +254,7 @@ class _Walk:
     def advance(self, predictor, walked, done, step, length, total, a, b, constraint, dead):
         """One converged step of at most `step`; smaller ones are tried where it fails."""
         smallest = self.steps.min_fraction * length
+        cuts = 0
         while True:
             target = a + (b - a) * ((done + step) / length)
             if step == length - done:
@@ -264,7 +270,8 @@ class _Walk:
             if equilibrium.converged and self.system.contact is not None:
                 equilibrium = self.firm(equilibrium, constraint(target), factor)
             if equilibrium.converged:
-                return equilibrium, step
+                return replace(equilibrium, cuts=cuts), step
+            cuts += 1
             predictor.lower()
             self.system.settle_layers(self.x)
             step *= 0.5
