@@ -24,6 +24,7 @@ from fem_spa.loop.fit import polished
 from fem_spa.loop.intervals import shown_parameters
 from fem_spa.loop.lattice import lattice_theta
 from fem_spa.loop.learner import learn
+from fem_spa.loop.localise import Place, localise, place_table, place_words
 from fem_spa.loop.model_file import Source, read_source, source_tables
 from fem_spa.loop.noise import Whitener
 from fem_spa.loop.pneumatic import SETTLED_BY_PRESSURE, Pneumatics, pneumatics
@@ -70,6 +71,7 @@ class Study:
     before_rows: list[np.ndarray]
     after_rows: list[np.ndarray]
     floor_rows: list[np.ndarray]
+    places: list[Place]
 
 
 def diagnose(
@@ -185,6 +187,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
         rows[0],
         rows[1],
         [a + c for a, c in zip(rows[1], correction, strict=True)],
+        [] if decision.verdict == "none" else localise(chain, data),
     )
 
 
@@ -271,6 +274,7 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
     if d.verdict == "unexplained":
         base = case.chain
         words = signature(base.context(case.data), case.data.output - base.predict(case.data), d.learned)
+        words = "; ".join(w for w in (words, place_words(study.places)) if w)
     effects = []
     for name in d.chosen:
         effects.append(
@@ -305,6 +309,7 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
         "inputs": inputs(files),
         "explained": d.share if d.chosen else 0.0,
         "reasons": list(d.reasons),
+        "localisation": place_table(study.places),
         "provisional": case.split.provisional,
         "audit": [{"file": r.path.name, "notes": remarks(r)} for r in records],
     }
