@@ -57,13 +57,15 @@ def spread(jacobian: np.ndarray, residual: np.ndarray, parts: Sequence[int]) -> 
     variance = float(residual @ residual) / (n * freedom / effective)
     information = jacobian.T @ jacobian
     scale = np.sqrt(np.diag(information))
-    scale[scale == 0.0] = 1e-300
+    blind = scale == 0.0
+    scale[blind] = 1.0
     normal = information / np.outer(scale, scale)
     inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
     covariance = variance * n / effective * inverse
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    unseen = np.linalg.matrix_rank(normal, tol=1e-10, hermitian=True) < k
-    half = student(freedom) * deviation if not unseen else np.full(k, math.inf)
+    seen = normal[~blind][:, ~blind]
+    mixed = seen.size > 0 and np.linalg.matrix_rank(seen, tol=1e-10, hermitian=True) < len(seen)
+    half = np.where(blind | mixed, math.inf, student(freedom) * deviation)
     size = np.where(deviation > 0, deviation, 1.0)
     return Spread(covariance, half, covariance / np.outer(size, size), n, effective)
 

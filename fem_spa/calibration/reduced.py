@@ -29,16 +29,20 @@ _WIDE = 20.0  # high over low from which on the logarithm is fitted
 
 @dataclass(frozen=True)
 class _Scale:
-    """Working coordinate of one parameter: its logarithm, or itself over its size."""
+    """Working coordinate of one parameter: its logarithm, or itself over its size.
+
+    shift : added, so that one which starts from zero is not moved by steps relative to nothing
+    """
 
     log: bool
     unit: float
+    shift: float = 0.0
 
     def to(self, value: float) -> float:
-        return math.log(value) if self.log else value / self.unit
+        return math.log(value) if self.log else value / self.unit + self.shift
 
     def back(self, z: float) -> float:
-        return math.exp(z) if self.log else z * self.unit
+        return math.exp(z) if self.log else (z - self.shift) * self.unit
 
 
 def calibrate(
@@ -293,7 +297,7 @@ def _scale(model: ReducedModel, name: str) -> _Scale:
     if p.low > 0 and p.value > 0 and p.high / p.low > _WIDE:
         return _Scale(True, 1.0)
     unit = abs(p.value) or factor(p.unit)
-    return _Scale(False, unit)
+    return _Scale(False, unit, 0.0 if p.value else 1.0)
 
 
 def _ends(model: ReducedModel, name: str) -> tuple[float, float, str]:

@@ -6,7 +6,7 @@
     segments = 23                    # n; `length` d, `fold` theta, `end`, `mass`, `damping`
     layer = "1"                      # pieces of the layer along the length: "1" whole (T1), "10101", "0" none
     k_theta = "1.3296 N*m/rad"       # folds without layer
-    k_layer = "1.21 N*m/rad"         # folds where the layer is
+    k_layer = "1.21 N*m/rad"         # folds where the layer is;  layer_stiffening = "0 1/rad^2"
     torque = { columns = ["pressure [kPa]", "torque [N*m]"], rows = [[0, 0], [350, 0.37]] }
     extension = { file = "linear.csv" }   # instead: `displacement` of the linear actuator, which gives the
     torque gravity = false                  # default true: weights and the drive's orientation and payload
@@ -110,6 +110,11 @@ class Chain:
             return motion(links, time, self.torques(pressure), start, gravity, self.hysteresis)[0]
         torque = self.torques(pressure)
         if self.hysteresis is not None:
+            if np.any(links.stiffening):
+                raise InputError(
+                    "given hysteresis and layer_stiffening: at equilibrium springs have one or the other; "
+                    "leave one out, or give dynamics = true"
+                )
             torque = self._yielding(time, torque)
         if gravity == 0j:
             return turns(links, torque, gravity)

@@ -7,6 +7,10 @@ at odd ones to -y, (2): [t, -t, t, ...]. A limiting layer at y = +h/2 holds the 
 so that the odd ones between them cannot open: (3), [t, 0, t, ...], and the actuator bends to +y, towards
 the layer.
 
+Springs are linear in the paper. Where the layer is they may stiffen, k q (1 + s q^2): the linear actuator,
+which gives the torque, opens its folds without a layer that turns along, and what stiffens in it is in
+torque(p) already. `layer_stiffening` is s, 0 until it is calibrated.
+
 The first and the last fold are half folds, between a segment and an end: twice as stiff, they open half as
 far, and an actuator without layer stays straight. (The paper does not say what its model does there.)
 """
@@ -71,6 +75,10 @@ class Actuator:
         k = np.where(self.layered(), values["k_layer"], values["k_theta"])
         return np.asarray(k / self.part())
 
+    def stiffening(self, values: Mapping[str, float]) -> np.ndarray:
+        """(n + 1,) 1/rad^2: of folds where the layer is; at the ends' half folds of twice the turn."""
+        return np.asarray(np.where(self.layered(), values["layer_stiffening"], 0.0) / self.part() ** 2)
+
     def part(self) -> np.ndarray:
         """(n + 1,) of a whole fold: 1/2 for the first and the last, else 1."""
         return np.array([0.5, *[1.0] * (self.segments - 1), 0.5])
@@ -96,6 +104,7 @@ class Actuator:
             self.stiffness(values),
             values["damping"] / self.part(),
             self.part(),
+            self.stiffening(values),
         )
 
 
@@ -110,9 +119,9 @@ def series(parts: list[Links]) -> Links:
         vector[whole.vector.size - 1] += part.start
         joined = [
             np.concatenate([getattr(whole, name), getattr(part, name)])
-            for name in ("centre", "mass", "inertia", "stiffness", "damping", "part")
+            for name in ("centre", "mass", "inertia", "stiffness", "damping", "part", "stiffening")
         ]
-        centre, mass, inertia, stiffness, damping, folds = joined
+        centre, mass, inertia, stiffness, damping, folds, stiffening = joined
         last = whole.vector.size - 1
         end = complex(part.start.real, 0.0)
         extra = part.mass[-1]  # both ends of an actuator are alike
@@ -121,7 +130,7 @@ def series(parts: list[Links]) -> Links:
         inertia[last] += part.inertia[-1] + mass[last] * extra / both * abs(apart) ** 2
         centre[last] = whole.centre[-1] + apart * extra / both
         mass[last] = both
-        whole = Links(whole.start, vector, centre, mass, inertia, stiffness, damping, folds)
+        whole = Links(whole.start, vector, centre, mass, inertia, stiffness, damping, folds, stiffening)
     return whole
 
 
@@ -139,6 +148,7 @@ def parameters(source: str) -> dict[str, Parameter]:
     return {
         "k_theta": Parameter(1.3296, "N*m/rad", 1e-6, 1e4, f"{source}, section IV A"),
         "k_layer": Parameter(1.20982, "N*m/rad", 1e-6, 1e4, "makes 100 deg at 350 kPa, Table I"),
+        "layer_stiffening": Parameter(0.0, "1/rad^2", 0.0, 1e4, "0: the paper's springs are linear"),
         "length": Parameter(13e-3 / math.cos(math.pi / 8), "mm", 1e-4, 1.0, chosen),
         "fold": Parameter(math.pi / 8, "deg", 0.01, 1.5, f"{source}, Table I: half of 45 deg"),
         "end": Parameter(0.5 * (134e-3 - 23 * 13e-3 * math.tan(math.pi / 8)), "mm", 0.0, 1.0, chosen),

@@ -3,7 +3,7 @@
 The joint springs and dampers stand on the right of (1). Without damping: classical Runge-Kutta with steps
 far below the shortest period. With damping: MuJoCo's implicit-in-velocity integrator, which takes steps of
 a small part of damping/stiffness; the shortest periods of such light links (some tenths of a ms) are then
-damped out, not resolved.
+damped out, not resolved. What stiffens is held over a step.
 """
 
 from __future__ import annotations
@@ -97,6 +97,7 @@ def motion(
         change = (torque[k] - torque[k - 1]) / pieces
         for i in range(pieces):
             data.qfrc_applied[:] = torque[k - 1] + (i + 0.5) * change
+            data.qfrc_applied[:] -= links.stiffness * links.stiffening * data.qpos**3
             if law is not None:
                 data.qfrc_applied[:] -= links.stiffness * z
             mujoco.mj_step(model, data)

@@ -23,6 +23,7 @@ class Links:
     mass, inertia : (m,) kg, and kg m^2 about the centre of mass
     stiffness, damping : (m,) N m/rad and N m s/rad of each joint
     part : (m,) of a fold that a joint is: 1, or 1/2 at the ends
+    stiffening : (m,) or one for all, s >= 0, 1/rad^2: a spring's moment is k q (1 + s q^2)
     """
 
     start: complex
@@ -33,6 +34,7 @@ class Links:
     stiffness: np.ndarray
     damping: np.ndarray
     part: np.ndarray
+    stiffening: np.ndarray | float = 0.0
 
     @property
     def rest(self) -> complex:
@@ -93,7 +95,8 @@ def energy(links: Links, q: np.ndarray, gravity: complex) -> np.ndarray:
     _, centres = places(links, q)
     _, at_rest = places(links, np.zeros_like(q))
     lifted = np.real(np.conj(centres - at_rest) * gravity)
-    return np.asarray(0.5 * np.sum(links.stiffness * q**2, axis=-1) - np.sum(links.mass * lifted, axis=-1))
+    springs = 0.5 * links.stiffness * q**2 * (1.0 + 0.5 * links.stiffening * q**2)
+    return np.asarray(np.sum(springs, axis=-1) - np.sum(links.mass * lifted, axis=-1))
 
 
 def inertia_matrix(links: Links, q: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Equilibrium of a chain: springs, torques of the air, weights.
 
-Without weights every joint opens by its own torque. With them k_j q_j = t_j + moment_j(q) is solved by
+Without weights every joint opens by its own torque. With them k q (1 + s q^2) = t + moment(q) is solved by
 Newton's method for all loads at once; where one number sets the load, on a grid of it, and interpolated in
 between.
 """
@@ -30,7 +30,7 @@ def turns(links: Links, torque: np.ndarray, gravity: complex = 0j) -> np.ndarray
     ------
     InputError : no equilibrium was found (the chain buckles under its weights)
     """
-    free = torque / links.stiffness
+    free = opened(torque / links.stiffness, links.stiffening)
     if gravity == 0j or not np.any(links.mass):
         return np.asarray(free)
     result = np.empty_like(free)
@@ -38,6 +38,17 @@ def turns(links: Links, torque: np.ndarray, gravity: complex = 0j) -> np.ndarray
         part = slice(begin, begin + BATCH)
         result[part] = _newton(links, torque[part], free[part], gravity)
     return result
+
+
+def opened(q: np.ndarray, stiffening: np.ndarray | float) -> np.ndarray:
+    """Turns (n, m), rad, of stiffening springs that would turn by q (n, m) without: x (1 + s x^2) = q.
+
+    The one real root of the cubic, by hyperbolic sines; `stiffening` s >= 0, (m,) or one for all, 1/rad^2.
+    """
+    s = np.broadcast_to(stiffening, np.shape(q))
+    root = np.sqrt(3.0 * np.where(s > 0.0, s, 1.0))
+    stiffer = 2.0 / root * np.sinh(np.arcsinh(1.5 * root * q) / 3.0)
+    return np.where(s > 0.0, stiffer, q)
 
 
 def along(links: Links, scale: np.ndarray, torque: np.ndarray, gravity: complex) -> np.ndarray:
@@ -56,10 +67,11 @@ def _newton(links: Links, torque: np.ndarray, start: np.ndarray, gravity: comple
     q = start.copy()
     count = q.shape[1]
     later = np.maximum(np.arange(count)[:, None], np.arange(count)[None, :])
-    springs = np.diag(links.stiffness)
     for _ in range(STEPS):
         moment, W = weight_moments(links, q, gravity)
-        left = torque + moment - links.stiffness * q
+        left = torque + moment - links.stiffness * q * (1.0 + links.stiffening * q**2)
+        slope = links.stiffness * (1.0 + 3.0 * links.stiffening * q**2)
+        springs = slope[:, :, None] * np.eye(count)
         step = np.linalg.solve(springs + W[:, later], left[..., None])[..., 0]
         q += step * np.minimum(1.0, 0.5 / np.maximum(np.max(np.abs(step), axis=1), 1e-300))[:, None]
         if np.max(np.abs(step)) < 1e-11:

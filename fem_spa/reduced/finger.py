@@ -19,6 +19,8 @@ Calibration: `stiffness` and `offset` are what `diagnose` refits (finger_sizes.B
 `fast_stiffness`, `fast_bending` and `offset` what `calibrate` fits (finger_sizes.CALIBRATED). A stiffness
 multiplies the rubber's moduli, so the angle is that of the pressure over it. `fast_bending`, an angle of
 module two a pressure, stands for the bending of its chambers besides squeezing, which starts linearly.
+Squeezing starts where the walls meet, at P0 = `fast_touch`: alpha = fast_squeezing (crowns(P) - crowns(P0)) +
+fast_bending P, the first part not below zero; `fast_squeezing` is 1 where the walls do not flatten.
 """
 
 from __future__ import annotations
@@ -117,8 +119,7 @@ class Finger:
             elif self.method == "cantilever":
                 result[:, 1] = n2 * finger_beam.fast_angle(P, size)
             else:
-                own = size["fast_bending"] * P * size["fast_stiffness"]
-                result[:, 1] = finger_fast.angle(P, size, n2, self.reading) + own
+                result[:, 1] = self._fast_angle(P, size)
         return result
 
     def pressures(self, angles: np.ndarray) -> np.ndarray:
@@ -143,7 +144,9 @@ class Finger:
     def _fast_pressure(self, turned: np.ndarray, size: dict[str, float]) -> np.ndarray:
         """(n,) Pa, over the factors on the moduli, at which module two has turned by (n,) rad."""
         n2, own = self.fast_chambers, size["fast_bending"] * size["fast_stiffness"]
-        alone = finger_fast.pressure(np.maximum(turned, 0.0), size, n2, self.reading)
+        gain, lost = size["fast_squeezing"], self._unsqueezed(size)
+        goals = np.maximum(turned, 0.0) / gain
+        alone = finger_fast.pressure(np.where(goals > 0.0, goals + lost, 0.0), size, n2, self.reading)
         if own == 0.0:
             return alone
         # both shares grow with the pressure: what either alone would need is an upper bound
@@ -151,15 +154,26 @@ class Finger:
         result = turned / own
         for i in np.flatnonzero(turned > 0.0):
             result[i] = brentq(
-                lambda p, goal=turned[i]: (
-                    float(finger_fast.angle(p, size, n2, self.reading)) + own * p - goal
-                ),
+                lambda p, goal=turned[i]: float(self._fast_angle(np.array(p), size)) - goal,
                 0.0,
                 float(most[i]) * (1.0 + 1e-9),
                 xtol=1e-9,
                 rtol=1e-14,
             )
         return result
+
+    def _fast_angle(self, P: np.ndarray, size: dict[str, float]) -> np.ndarray:
+        """rad of module two at pressures P (Pa, any shape) over the factors on the moduli."""
+        squeezed = finger_fast.angle(P, size, self.fast_chambers, self.reading) - self._unsqueezed(size)
+        own = size["fast_bending"] * P * size["fast_stiffness"]
+        return np.asarray(size["fast_squeezing"] * np.maximum(squeezed, 0.0) + own)
+
+    def _unsqueezed(self, size: dict[str, float]) -> float:
+        """rad of the squeezing's angle that the gap swallows, that at the pressure where the walls meet."""
+        if size["fast_touch"] == 0.0:
+            return 0.0
+        touch = np.array(size["fast_touch"] / size["fast_stiffness"])
+        return float(finger_fast.angle(touch, size, self.fast_chambers, self.reading))
 
     def links(self) -> np.ndarray:
         """(n1 + n2,) m, length along the paper that belongs to each chamber.

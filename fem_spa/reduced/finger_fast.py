@@ -24,9 +24,9 @@ squeeze each other:
 - n2 chambers have n2 - 1 gaps:  alpha = 2 (n2 - 1) arctan[(H / 2c) tan(theta_2 / 2)].
 
 Two things are assumed in this. At theta_2 = 0 flat walls touch: (16) knows no gap l2, nor does this (in the
-FE solution the gap is closed at 1.5 kPa; bulges reckoned from (20) would need 7 kPa for it). And the walls
-flatten where they press each other: rigid arcs would meet below their crowns, at 13.9 kPa with a turn 11 %
-larger.
+FE solution the gap closes at 1.3 to 1.5 kPa; bulges reckoned from (20) would need 7 kPa for it;
+`fast_touch` of finger_sizes.py lets it close where it does). And the walls flatten where they press each
+other: rigid arcs would meet below their crowns, at 13.9 kPa with a turn 11 % larger.
 
 With Table 1, H / 2c = 0.6, and alpha is 0.6 (n2 - 1) / n2, half, of n2 theta_2: the print takes theta_2
 itself for a chamber's turn. Six chambers at 13.9 kPa: theta_2 = 21.5 deg, n2 theta_2 = 129 deg, alpha =

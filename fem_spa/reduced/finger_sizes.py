@@ -35,7 +35,8 @@ BASE = ("stiffness", "offset")
 """What `diagnose` refits before it looks for an effect: one stiffness and an offset."""
 CALIBRATED = ("slow_stiffness", "fast_stiffness", "fast_bending", "offset")
 """What `calibrate` fits: a factor on the rubber's moduli in each module, module two's bending besides what
-squeezing gives, and an offset of the angle.
+squeezing gives, and an offset of the angle. Where the gap shows, at pressures of a few kPa, also
+`fast_touch`, at which the walls meet, and `fast_squeezing`, a factor on the turn that pressing walls give.
 
 C10 and C20 are not among them: C10 acts as the factors do, and C20 is hardly seen (a tenth of a per cent of
 the egg example's angle). `stiffness` multiplies both factors, so fit it or the two, not all three.
@@ -53,8 +54,11 @@ def parameters() -> dict[str, Parameter]:
     one = "1: the moduli as given; to be calibrated"
     for name in ("stiffness", "slow_stiffness", "fast_stiffness"):
         found[name] = Parameter(1.0, "", 0.05, 20.0, one)
+    one_turn = "1: the crowns' turn as derived, walls that do not flatten; to be calibrated"
     none = "0: not in the paper's model, whose chambers bend by squeezing alone; to be calibrated"
     found["fast_bending"] = Parameter(0.0, "deg/kPa", 0.0, math.radians(20.0) / 1e3, none)
+    found["fast_touch"] = Parameter(0.0, "kPa", 0.0, 40e3, "0: (16) knows no gap; to be calibrated")
+    found["fast_squeezing"] = Parameter(1.0, "", 0.05, 5.0, one_turn)
     found["offset"] = Parameter(0.0, "deg", -3.2, 3.2, "0: straight at rest; to be calibrated")
     return found
 

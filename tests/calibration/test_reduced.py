@@ -84,6 +84,26 @@ def test_a_number_that_wants_to_leave_its_bounds_is_refused(write):
     assert not outcome.parameters[1].refused
 
 
+def test_numbers_that_start_from_zero_come_back(write):
+    # catches differences relative to a start at nothing, and nan where the data do not see a number
+    plain = read_model({"kind": "pneunet", "slow_chambers": 0})
+    true = plain.with_values(fast_bending=5e-5, fast_touch=3e3)
+    p = np.linspace(0.0, 20e3, 15)
+    angle = np.degrees(true.simulate(Drive(np.arange(15.0), p[:, None]))[:, 0])
+    rows = [f"{a / 1e3},{b:.9f}" for a, b in zip(p, angle, strict=True)]
+    path = write("whole.csv", "\n".join(["pressure [kPa],angle [deg]", *rows]) + "\n")
+    fitted, outcome = calibrate(plain, *split(read_runs([path])), ["fast_bending", "fast_touch"])
+    assert outcome.status == "done"
+    assert fitted.parameters["fast_bending"].value == pytest.approx(5e-5, rel=1e-4)
+    assert fitted.parameters["fast_touch"].value == pytest.approx(3e3, rel=1e-4)
+    # below the touch of the walls nothing tells how they squeeze
+    path = write("low.csv", "\n".join(["pressure [kPa],angle [deg]", *rows[:3], "2,5.8", "2.5,7.2"]) + "\n")
+    late = plain.with_values(fast_touch=3e3)
+    _, outcome = calibrate(late, *split(read_runs([path])), ["fast_bending", "fast_squeezing"])
+    seen, blind = outcome.parameters
+    assert np.isfinite(seen.high) and not np.isfinite(blind.high)
+
+
 def test_hold_out(write, creeping):
     paths = records(write, creeping, tops=(50e3, 60e3, 40e3, 30e3, 20e3, 10e3))
     runs = read_runs(paths)

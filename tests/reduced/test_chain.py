@@ -21,6 +21,7 @@ from fem_spa.reduced.chain_stiffness import (
     opening,
     torque_of_extension,
 )
+from fem_spa.reduced.hysteresis import BoucWen
 from fem_spa.reduced.model import Drive
 from fem_spa.reduced.registry import model_text, read_model
 
@@ -147,9 +148,16 @@ def test_statics_of_a_pulled_chain() -> None:
     assert wrong / k == pytest.approx(2 / math.cos(THETA + float(opening(grown, D, THETA, 22))), rel=1e-5)
 
 
-def test_equilibrium_is_the_least_energy() -> None:
+@pytest.mark.parametrize("stiffening", [0.0, 20.0])
+def test_equilibrium_is_the_least_energy(stiffening: float) -> None:
     """Weights, payload and air against minimisation of the potential, a chain held level."""
-    model = chain(preset="bending", segments=5, k_layer="0.05 N*m/rad", mass="60 g", gravity=True)
+    keys = {
+        "k_layer": "0.05 N*m/rad",
+        "layer_stiffening": f"{stiffening} 1/rad^2",
+        "mass": "60 g",
+        "gravity": True,
+    }
+    model = chain(preset="bending", segments=5, **keys)
     d = drive(np.array([100e3]), orientation=np.pi / 2, payload=0.02)
     links, torque = loaded(model.links, 0.02), model.torques(d.pressure)[0]
     g = 9.80665 * complex(0, -1)
@@ -160,6 +168,21 @@ def test_equilibrium_is_the_least_energy() -> None:
     found = minimize(potential, np.zeros(6), method="BFGS", options={"gtol": 1e-10})
     assert model.turns(d)[0] == pytest.approx(found.x, abs=1e-6)
     assert np.max(np.abs(found.x)) > 0.1
+
+
+def test_folds_at_the_layer_stiffen() -> None:
+    """Each fold's moment is k q (1 + s q^2) of its own opening, half folds too; without layer none does."""
+    soft = chain(segments=6, layer="10")
+    stiff = soft.with_values(layer_stiffening=30.0)
+    q, linear = stiff.turns(drive(PRESSURES)), soft.turns(drive(PRESSURES))
+    part = stiff.links.part
+    layered = stiff.actuators[0].layered()
+    own = q / part
+    assert (own * (1 + 30.0 * np.where(layered, own, 0.0) ** 2) * part) == pytest.approx(linear)
+    assert q[:, ~layered] == pytest.approx(linear[:, ~layered])
+    assert q[-1, 0] < 0.9 * linear[-1, 0]
+    with pytest.raises(InputError, match="one or the other"):
+        replace(stiff, hysteresis=BoucWen(0.3, 6, 2)).simulate(drive(PRESSURES))
 
 
 def test_weight_moments_are_the_slope_of_the_energy() -> None:

@@ -208,6 +208,24 @@ def test_bending_besides_squeezing_is_linear_and_inverted() -> None:
     assert stiff == pytest.approx(model.module_angles(P))
 
 
+def test_squeezing_starts_where_the_walls_meet() -> None:
+    """Below it bending alone, no jump there, at high pressure the same slope times the factor; inverted."""
+    bending = math.radians(3.0) / 1e3
+    plain = finger(slow_chambers=0)
+    model = plain.with_values(fast_bending=bending, fast_touch=2e3, fast_squeezing=0.5, fast_stiffness=1.5)
+    P = np.array([[0.5e3], [1.999e3], [2.001e3], [13.9e3], [40e3]])
+    got = model.module_angles(P)[:, 1]
+    crowns = plain.with_values(fast_stiffness=1.5).module_angles(np.vstack([P, [[2e3]]]))[:, 1]
+    assert got[:2] == pytest.approx(bending * P[:2, 0])
+    assert got[2:] == pytest.approx(bending * P[2:, 0] + 0.5 * (crowns[2:-1] - crowns[-1]))
+    assert got[2] - got[1] < math.radians(0.1)
+    assert model.pressures(model.module_angles(P)) == pytest.approx(P, rel=1e-9)
+    without = model.with_values(fast_bending=0.0)
+    assert without.pressures(without.module_angles(P[2:])) == pytest.approx(P[2:], rel=1e-9)
+    # stiffer rubber meets later
+    assert model.with_values(stiffness=2.0).module_angles(2 * P)[:, 1] == pytest.approx(got)
+
+
 def test_over_time_and_tip() -> None:
     """Rows are the drive's; a straight finger's tip is at the end of its links."""
     model = read_model({"kind": "pneunet", "outputs": ["angle", "x", "y", "z"]})
