@@ -186,7 +186,7 @@ def place_words(places: Sequence[Place]) -> str:
         return "no number of the chain, let wander, foretells it on stretches of time left out"
     near = [p.slot for p in places[1:] if p.explained > best.explained - NEAR]
     share = f"foretells {100 * best.explained:.0f} % of it on stretches of time left out"
-    text = f"of all slots of the chain {best.slot} does best: {best.knob}, {path_words(best)}, {share}"
+    text = f"of the slots of the chain {best.slot} fits best: {best.knob}, {path_words(best)}, {share}"
     return text + (f" ({', '.join(near)} hardly less)" if near else "")
 
 

@@ -43,6 +43,20 @@ def drives() -> list[np.ndarray]:
     ]
 
 
+def rich() -> list[np.ndarray]:
+    """A protocol over more than a decade of rates, with long holds and minor amplitudes."""
+    return [
+        triangle(60.0, 1.0, 2),
+        np.concatenate([triangle(4.0, 0.5, 4), triangle(4.0, 1.0, 6)]),
+        holds([0.5, 1.0, 0.4, 0.0], 20.0),
+        triangle(2.0, 1.0, 12),
+        holds([0.3, 0.9, 0.5, 1.0, 0.2, 0.7, 0.0], 4.0),
+        triangle(15.0, 0.9, 4),
+        np.concatenate([triangle(40.0, 0.6, 1), triangle(3.0, 1.0, 6)]),
+        triangle(60.0, 1.0, 1),
+    ]
+
+
 def noise(rng: np.random.Generator, n: int) -> np.ndarray:
     """deg: white 0.15 %, coloured 0.2 % with 1.5 s of memory, an offset of 0.3 % of the span."""
     a = np.exp(-STEP / 1.5)
@@ -54,9 +68,12 @@ def noise(rng: np.random.Generator, n: int) -> np.ndarray:
 
 
 def write_case(
-    folder: Path, body: Callable[[list[np.ndarray]], list[np.ndarray]], seed: int = 1
+    folder: Path,
+    body: Callable[[list[np.ndarray]], list[np.ndarray]],
+    seed: int = 1,
+    shares: list[np.ndarray] | None = None,
 ) -> tuple[Path, list[Path]]:
-    """A curve model and six records of `body`, which turns the drives into angles in deg."""
+    """A curve model and a record a drive of `body`, which turns the drives into angles in deg."""
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)
     grid = np.linspace(0.0, 1.2, 60)
@@ -64,7 +81,7 @@ def write_case(
     (folder / "curve.csv").write_text(f"pressure [kPa],angle [deg]\n{rows}\n")
     model = folder / "model.toml"
     model.write_text('[model]\nkind = "curve"\nfile = "curve.csv"\n')
-    files, shares = [], drives()
+    files, shares = [], drives() if shares is None else shares
     for k, (q, angle) in enumerate(zip(shares, body(shares), strict=True)):
         table = np.column_stack([STEP * np.arange(len(q)), TOP * q, 0.95 * angle + 1.0 + noise(rng, len(q))])
         lines = ["# history: virgin", f"# start: 2026-03-01T10:{5 * k:02d}:00", "# orientation: 0 deg"]
@@ -103,4 +120,23 @@ def wander(shares: list[np.ndarray]) -> list[np.ndarray]:
     for q in shares:
         late = np.concatenate([np.zeros(100), q])[: len(q)]
         out.append(curve(q) + 0.05 * SPAN * np.sin(14.0 * late) * (1.0 - late))
+    return out
+
+
+def soften(shares: list[np.ndarray], size: float = 0.12) -> list[np.ndarray]:
+    """Less and less motion with the way gone."""
+    out, so_far = [], 0.0
+    for q in shares:
+        way = so_far + 0.5 * np.cumsum(np.abs(np.diff(q, prepend=0.0)))
+        so_far = float(way[-1])
+        out.append(curve(q) * (1.0 - size * (1.0 - np.exp(-way / 8.0))))
+    return out
+
+
+def creeping(shares: list[np.ndarray]) -> list[np.ndarray]:
+    """Every change of pressure goes on with the logarithm of time; records begin anew."""
+    out = []
+    for q in shares:
+        late = np.log1p(STEP * np.arange(len(q)) / 0.5)
+        out.append(curve(q) + 0.03 * SPAN * np.convolve(np.diff(q, prepend=0.0), late)[: len(q)])
     return out

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loop_bench import curve, duhem, threshold, wander, write_case
+from loop_bench import duhem, soften, threshold, wander, write_case
 
 from fem_spa.loop.localise import Place, localise, place_words
 from fem_spa.loop.model_file import read_source
@@ -17,16 +17,6 @@ from fem_spa.loop.records import read_records
 from fem_spa.loop.split import split
 
 Body = Callable[[list[np.ndarray]], list[np.ndarray]]
-
-
-def soften(shares: list[np.ndarray]) -> list[np.ndarray]:
-    """Less and less motion with the way gone."""
-    out, so_far = [], 0.0
-    for q in shares:
-        way = so_far + 0.5 * np.cumsum(np.abs(np.diff(q, prepend=0.0)))
-        so_far = float(way[-1])
-        out.append(curve(q) * (1.0 - 0.12 * (1.0 - np.exp(-way / 8.0))))
-    return out
 
 
 def prepared(folder: Path, body: Body) -> Case:
