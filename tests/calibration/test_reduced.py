@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from fem_spa.calibration.holdout import split
 from fem_spa.calibration.least_squares import effective_samples, spread
 from fem_spa.calibration.observation import read_runs
-from fem_spa.calibration.reduced import calibrate, model_table
+from fem_spa.calibration.reduced import _scale, calibrate, model_table
 from fem_spa.errors import InputError
 from fem_spa.reduced.model import Drive
 from fem_spa.reduced.registry import read_model
@@ -87,6 +89,9 @@ def test_a_number_that_wants_to_leave_its_bounds_is_refused(write):
 def test_numbers_that_start_from_zero_come_back(write):
     # catches differences relative to a start at nothing, and nan where the data do not see a number
     plain = read_model({"kind": "pneunet", "slow_chambers": 0})
+    working = _scale(plain, "fast_bending")
+    step = working.back(working.to(0.0) * (1.0 + 1e-5))
+    assert step == pytest.approx(1e-5 * math.radians(1.0) / 1e3, rel=1e-6)
     true = plain.with_values(fast_bending=5e-5, fast_touch=3e3)
     p = np.linspace(0.0, 20e3, 15)
     angle = np.degrees(true.simulate(Drive(np.arange(15.0), p[:, None]))[:, 0])
@@ -102,6 +107,7 @@ def test_numbers_that_start_from_zero_come_back(write):
     _, outcome = calibrate(late, *split(read_runs([path])), ["fast_bending", "fast_squeezing"])
     seen, blind = outcome.parameters
     assert np.isfinite(seen.high) and not np.isfinite(blind.high)
+    assert np.all(np.isfinite(outcome.correlation))
 
 
 def test_hold_out(write, creeping):
