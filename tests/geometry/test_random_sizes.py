@@ -208,8 +208,8 @@ def test_valid_sizes_mesh(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN)
 def test_two_hundred_draws(name):
-    """29 a shape, 203 in all."""
-    mesh_random(name, 29)
+    """200 in all; a body of long thin tubes takes ten times as long as another one."""
+    mesh_random(name, {"arm-segment": 8}.get(name, 32))
 
 
 @pytest.mark.parametrize("name", geometry.SHAPES)
