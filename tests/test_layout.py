@@ -27,14 +27,13 @@ FORBIDDEN = {
     "fem_spa/output": ("fem_spa.commands", "fem_spa.run", "fem_spa.prepare", "fem_spa.deck", "fem_spa.loop"),
 }
 HEAVY = ("numpy", "scipy", "gmsh", "meshio", "skfem", "numba", "pypardiso", "pyvista", "vtk", "matplotlib")
-HEAVY += ("pydantic", "pint", "rich", "ipctk")
+HEAVY += ("pydantic", "pint", "rich")
 # where a heavy import may stand at the top of a file: the modules that need it
 HOMES = {
     "gmsh": (),
     "pyvista": (),
     "vtk": (),
     "matplotlib": (),
-    "ipctk": (),
     "numba": ("fem_spa/solid", "fem_spa/reduced"),
 }
 

@@ -155,3 +155,12 @@ def holding(data: Data, pressure: np.ndarray) -> np.ndarray:
         rate = np.abs(np.diff(x, prepend=x[:1]))
         still[run.part] = (rate < limit * 0.2) & (np.abs(x) > 20 * limit)
     return still
+
+
+def staged_lag(data: Data, signal: np.ndarray, theta: np.ndarray, rest: np.ndarray | float) -> np.ndarray:
+    """One lag of time constant theta[0], then two equal ones of theta[1] (s); zero is none."""
+    out = signal
+    for tau, stages in zip(theta, (1, 2), strict=True):
+        for _ in range(stages if tau > 0.0 else 0):
+            out = lowpass(data, out, float(tau), rest)
+    return out

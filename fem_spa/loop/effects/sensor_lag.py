@@ -3,16 +3,12 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
-from fem_spa.loop.operators import lowpass
+from fem_spa.loop.operators import staged_lag
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Lag of the reading: one stage, and two equal faster ones where a single stage is too sudden."""
-    out = response
-    for tau, stages in zip(theta, (1, 2), strict=True):
-        for _ in range(stages if tau > 0.0 else 0):
-            out = lowpass(ctx.data, out, float(tau), ctx.rest)
-    return out
+    return staged_lag(ctx.data, response, theta, ctx.rest)
 
 
 EFFECT = Effect(
