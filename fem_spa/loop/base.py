@@ -85,6 +85,10 @@ def base_of(model: ReducedModel, outputs: Sequence[str], p_low: np.ndarray, p_hi
         from fem_spa.loop.base_rod import rod_base
 
         return rod_base(model, columns, p_low, p_high)
+    if model.kind == "pneunet":
+        from fem_spa.loop.base_finger import finger_base
+
+        return finger_base(model, columns, p_low, p_high)
     from fem_spa.loop.base_still import still_base
 
     return still_base(model, columns, p_low, p_high)

@@ -10,8 +10,8 @@ from fem_spa.loop.data import Data
 from fem_spa.loop.tables import Table, reach, tabulate
 from fem_spa.reduced.model import Drive, ReducedModel
 
-STIFFNESS = {"pneunet": ("stiffness",), "chain": ("k_theta", "k_layer")}
-"""Kind -> parameters that are refitted together, as one factor."""
+STIFFNESS = {"chain": ("k_theta", "k_layer"), "segments": ("gain",)}
+"""Kind -> parameters that are refitted together, as one factor; of actuators in series those of each."""
 
 
 def still_base(model: ReducedModel, columns: tuple[int, ...], p_low: np.ndarray, p_high: np.ndarray) -> Base:
@@ -19,7 +19,8 @@ def still_base(model: ReducedModel, columns: tuple[int, ...], p_low: np.ndarray,
     names = tuple(model.outputs[j].name for j in columns)
     units = tuple(model.outputs[j].unit for j in columns)
     low, high = reach(p_low, p_high)
-    stiff = tuple(n for n in STIFFNESS.get(model.kind, ()) if n in model.parameters)
+    kinds = STIFFNESS.get(model.kind, ())
+    stiff = tuple(n for n in model.parameters if n in kinds or n.rpartition("_")[0] in kinds)
     kept: dict[tuple[float, float], Table] = {}
 
     def table(orientation: float, payload: float) -> Table:

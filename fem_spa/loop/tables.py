@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
-POINTS = {1: 201, 2: 33, 3: 11}
-"""Points an axis, by the number of pressures."""
+POINTS = {1: 201, 2: 33, 3: 9}
+"""Points an axis, by the number of pressures; on the arm's rod 9 are within 0.02 mm, with lines 1.9 mm."""
 STIFFER = 0.25
 """Logarithm of the factor by which the stiffness of the outer tables differs."""
 Settled = Callable[[np.ndarray, float], np.ndarray]
@@ -17,7 +17,7 @@ Settled = Callable[[np.ndarray, float], np.ndarray]
 
 @dataclass(frozen=True)
 class Table:
-    """Response over pressures and the logarithm of a stiffness factor, quadratic in the latter."""
+    """Response over pressures (cubic splines) and the logarithm of a stiffness factor (quadratic)."""
 
     tables: tuple[RegularGridInterpolator, ...]
     low: np.ndarray
@@ -25,7 +25,16 @@ class Table:
 
     def __call__(self, pressure: np.ndarray, stiffer: float) -> np.ndarray:
         """(n, d) at pressures (n, m) Pa; beyond the table its edge's slope goes on."""
-        values = [table(pressure) for table in self.tables]
+        inside = np.clip(pressure, self.low, self.high)
+        beyond = pressure - inside
+        far = np.nonzero(beyond.any(axis=1))[0]
+        values = []
+        for table in self.tables:
+            found = table(inside)
+            for j in range(len(self.low) if len(far) else 0):
+                slope = table(inside[far], nu=[int(i == j) for i in range(len(self.low))])
+                found[far] += slope * beyond[far, j, None]
+            values.append(found)
         if len(values) == 1:
             return np.asarray(values[0])
         soft, middle, stiff = values
@@ -43,7 +52,7 @@ def tabulate(settled: Settled, low: np.ndarray, high: np.ndarray, stiffness: boo
     tables = []
     for stiffer in (-STIFFER, 0.0, STIFFER) if stiffness else (0.0,):
         values = settled(points, stiffer).reshape(*shape, -1)
-        tables.append(RegularGridInterpolator(axes, values, bounds_error=False, fill_value=None))
+        tables.append(RegularGridInterpolator(axes, values, method="cubic"))
     return Table(tuple(tables), low, high)
 
 
