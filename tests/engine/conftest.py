@@ -1,0 +1,8 @@
+"""Workers find `jobs` by its name: its folder is on their path."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
