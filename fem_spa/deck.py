@@ -32,13 +32,15 @@ from fem_spa.units import brief
 class Drawing(BaseModel):
     """What `fem-spa mesh` needs of a deck: its [geometry]; the rest is not looked at.
 
-    `name` is the deck's file name without its ending, `folder` the place that its paths start from.
+    `name` is the deck's file name without its ending, `folder` the place that its paths start from, `meshes`
+    a folder in which meshes are kept and looked for (a sweep's), or None.
     """
 
     model_config = ConfigDict(extra="ignore", frozen=True)
     geometry: Geometry
     _name: str = "deck"
     _folder: Path = Path()
+    _meshes: Path | None = None
 
     @property
     def name(self) -> str:
@@ -49,6 +51,11 @@ class Drawing(BaseModel):
     def folder(self) -> Path:
         """Where the deck's relative paths start."""
         return self._folder
+
+    @property
+    def meshes(self) -> Path | None:
+        """Where meshes are kept (`fem_spa.mesh_store`)."""
+        return self._meshes
 
 
 class Deck(Drawing):
@@ -81,14 +88,14 @@ def read_deck(path: str | Path, overrides: Sequence[str] = ()) -> Deck:
         The file cannot be read, is not TOML, or says what a deck cannot say.
     """
     path = Path(path)
-    return parse_deck(_read_tables(path, overrides), name=path.stem, folder=path.parent)
+    return parse_deck(read_tables(path, overrides), name=path.stem, folder=path.parent)
 
 
 def read_drawing(path: str | Path, overrides: Sequence[str] = ()) -> Drawing:
     """Read the [geometry] of a deck file and nothing else; see `read_deck`."""
     path = Path(path)
     try:
-        drawing = Drawing.model_validate(_read_tables(path, overrides))
+        drawing = Drawing.model_validate(read_tables(path, overrides))
     except ValidationError as error:
         raise InputError(_reason(error)) from None
     drawing._name, drawing._folder = path.stem, path.parent
@@ -96,8 +103,8 @@ def read_drawing(path: str | Path, overrides: Sequence[str] = ()) -> Drawing:
     return drawing
 
 
-def _read_tables(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
-    """The tables of a deck file, with the overrides in them."""
+def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """The tables of a deck file, with the overrides in them; nothing but TOML is checked."""
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -117,13 +124,15 @@ def _read_tables(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
     return tables
 
 
-def parse_deck(tables: Mapping[str, Any], name: str = "deck", folder: str | Path = ".") -> Deck:
+def parse_deck(
+    tables: Mapping[str, Any], name: str = "deck", folder: str | Path = ".", meshes: Path | None = None
+) -> Deck:
     """Check the tables of a deck that is already read; see `read_deck`."""
     try:
         deck = Deck.model_validate(tables)
     except ValidationError as error:
         raise InputError(_reason(error)) from None
-    deck._name, deck._folder = name, Path(folder)
+    deck._name, deck._folder, deck._meshes = name, Path(folder), meshes
     _check(deck)
     return deck
 
@@ -135,22 +144,30 @@ def set_value(tables: dict[str, Any], override: str) -> None:
         raise InputError(
             f"given --set {brief(override)}: write key=value, for example loads.pressure='20 kPa'"
         )
-    try:
-        path = _first_path(tomllib.loads(f"{key} = 0"))
-    except (tomllib.TOMLDecodeError, StopIteration):  # StopIteration: the key is a comment
-        raise InputError(f"given --set {brief(override)}: '{key.strip()}' is not a dotted key") from None
+    path = key_path(key, f"--set {brief(override)}")
     try:
         parsed = tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         parsed = value.strip()
+    put(tables, path, parsed, f"--set {brief(override)}")
+
+
+def key_path(key: str, given: str) -> list[str]:
+    """The words of a dotted key; `given` is what the error line says of it."""
+    try:
+        return _first_path(tomllib.loads(f"{key} = 0"))
+    except (tomllib.TOMLDecodeError, StopIteration):  # StopIteration: the key is a comment
+        raise InputError(f"given {given}: '{key.strip()}' is not a dotted key") from None
+
+
+def put(tables: dict[str, Any], path: Sequence[str], value: Any, given: str) -> None:
+    """Set the value at a path of a deck's tables, in place."""
     table = tables
     for depth, word in enumerate(path[:-1]):
         table = table.setdefault(word, {})
         if not isinstance(table, dict):
-            raise InputError(
-                f"given --set {brief(override)}: {'.'.join(path[: depth + 1])} is not a table in this deck"
-            )
-    table[path[-1]] = parsed
+            raise InputError(f"given {given}: {'.'.join(path[: depth + 1])} is not a table in this deck")
+    table[path[-1]] = value
 
 
 def _first_path(table: Mapping[str, Any]) -> list[str]:

@@ -48,16 +48,11 @@ def prepare(deck: Deck) -> Setup:
     InputError, geometry.errors.GeometryError, materials.errors.MaterialError
         In one line: what was given, what is there, what to try.
     """
-    materials, sources = _materials(deck)
-    shape = built_in(deck) if deck.geometry.shape is not None else None
-    if shape is not None:  # what the mesh would be refused for, before it is made
-        _check_names(deck, shape.volume_names(), shape.surface_names())
-        if deck.supports.symmetry is not None:
-            check_declared(deck.supports.symmetry, shape.surface_names())
+    shape, materials, sources = before_mesh(deck)
     begun = time.perf_counter()
     mesh = make_mesh(deck, shape)
     seconds = time.perf_counter() - begun
-    _check_names(deck, mesh.volumes, mesh.surfaces)
+    check_names(deck, mesh.volumes, mesh.surfaces)
     symmetry = find_symmetry(deck, mesh)
     _check_held(deck, symmetry)
     _check_gravity(deck, materials)
@@ -97,6 +92,18 @@ def prepare(deck: Deck) -> Setup:
     return Setup(problem, steps, resolved_deck(deck, shape, symmetry), sources, warnings, seconds)
 
 
+def before_mesh(deck: Deck) -> tuple[Any, dict[str, Material], dict[str, str]]:
+    """The built-in shape (None for a file), and material and source of every volume: all that can be refused
+    before there is a mesh; see `prepare`."""
+    materials, sources = _materials(deck)
+    shape = built_in(deck) if deck.geometry.shape is not None else None
+    if shape is not None:
+        check_names(deck, shape.volume_names(), shape.surface_names())
+        if deck.supports.symmetry is not None:
+            check_declared(deck.supports.symmetry, shape.surface_names())
+    return shape, materials, sources
+
+
 def built_in(deck: Drawing) -> Any:
     """The built-in shape of a deck with the deck's parameters, validated but not meshed."""
     from geometry.parameters import parameters
@@ -128,7 +135,19 @@ def built_in(deck: Drawing) -> Any:
 
 
 def make_mesh(deck: Drawing, shape: Any = None) -> TaggedMesh:
-    """The mesh of a deck: a built-in shape's, or that of a file (its path starts at the deck's folder)."""
+    """The mesh of a deck: a built-in shape's, or that of a file (its path starts at the deck's folder).
+
+    Where the deck names a folder of meshes, it is taken from there, or made and kept there.
+    """
+    if deck.meshes is None:
+        return _new_mesh(deck, shape)
+    from fem_spa.mesh_store import kept
+
+    shape = shape or (built_in(deck) if deck.geometry.shape is not None else None)
+    return kept(deck.meshes, deck, shape, lambda: _new_mesh(deck, shape))
+
+
+def _new_mesh(deck: Drawing, shape: Any) -> TaggedMesh:
     geometry = deck.geometry
     size = None if geometry.size is None else geometry.size.si
     if geometry.shape is not None:
@@ -222,7 +241,7 @@ def _bulk(law: Any, parameters: Mapping[str, float], bulk: float, where: str) ->
         raise InputError(f"{where}: {error}") from None
 
 
-def _check_names(
+def check_names(
     deck: Deck, volumes: Sequence[str] | Mapping[str, Any], surfaces: Sequence[str] | Mapping[str, Any]
 ) -> None:
     """Every name that the deck speaks of must be there, and every volume needs a material."""
