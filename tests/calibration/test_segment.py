@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,15 +19,8 @@ MM = 1e-3
 
 
 @pytest.fixture(scope="module")
-def box():
-    path = Path(__file__).resolve().parents[2] / "benchmarks" / "verification.py"
-    spec = importlib.util.spec_from_file_location("fem_spa_benchmarks_verification_2", path)
-    module = importlib.util.module_from_spec(spec)
-    import sys
-
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module.box
+def box(verification):
+    return verification.box
 
 
 def problem(mesh):

@@ -2,28 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 MM = 1e-3
-
-
-@pytest.fixture(scope="session")
-def verification():
-    """benchmarks/verification.py: structured meshes, loads that no deck has, closed forms."""
-    name = "fem_spa_benchmarks_verification"
-    if name not in sys.modules:
-        path = Path(__file__).resolve().parents[2] / "benchmarks" / "verification.py"
-        spec = importlib.util.spec_from_file_location(name, path)
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[name]
 
 
 @pytest.fixture(scope="session")
@@ -78,7 +62,8 @@ def mirrored():
 @pytest.fixture(scope="session")
 def finger_problem(verification, half_finger):
     """loads, options -> the problem of the half finger (or of `mesh`)."""
-    from fem_spa.solid.problem import Problem
+    from fem_spa.solid.problem import Material, Problem
+    from materials.registry import law
 
     def problem(loads, mesh=None, symmetry=None, density=None, **options):
         v = verification
@@ -86,7 +71,7 @@ def finger_problem(verification, half_finger):
             mesh or half_finger,
             {
                 "body": v.material("yeoh", density=density),
-                "stiff": v.Material(v.law("neo-hooke"), {"C10": 1e6}, density=density),
+                "stiff": Material(law("neo-hooke"), {"C10": 1e6}, density=density),
             },
             loads,
             symmetry={"symmetry": "y"} if symmetry is None else symmetry,

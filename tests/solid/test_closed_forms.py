@@ -1,10 +1,11 @@
-"""Closed forms: the cases of benchmarks/verification.py, held to their bounds."""
+"""Closed forms: the cases of benchmarks/verification, held to their bounds."""
 
 import numpy as np
 import pytest
 
 from fem_spa.solid.path import solve
 from fem_spa.solid.problem import Loads, Problem
+from fem_spa.solid.space import build_space
 from materials.response import MODES
 
 MM = 1e-3
@@ -85,7 +86,7 @@ def test_pressure_on_all_sides(verification, bulk):
     (state,) = result.states
     J = 1.0 if np.isinf(K) else 1 - 3e4 / K
     expected = problem.mesh.points * (np.cbrt(J) - 1)
-    space = v.build_space(mesh)
+    space = build_space(mesh)
     np.testing.assert_allclose(state.pressure_field, -3e4, rtol=1e-6)
     np.testing.assert_allclose(state.displacement[space.node_of], expected, atol=1e-9 * 10 * MM)
 

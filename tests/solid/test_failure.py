@@ -8,6 +8,7 @@ import pytest
 from fem_spa.solid.observe import Silent
 from fem_spa.solid.path import solve
 from fem_spa.solid.problem import Loads, Material, Problem, StepControl
+from materials.registry import law
 
 MM = 1e-3
 
@@ -22,7 +23,7 @@ def balloon(verification):
     def problem(pressure, control="pressure"):
         return Problem(
             mesh,
-            {"body": Material(verification.law("neo-hooke"), {"C10": 1e5})},
+            {"body": Material(law("neo-hooke"), {"C10": 1e5})},
             Loads([{"main": pressure}], control=control),
             fixed=(),
             symmetry={f"symmetry {a}": a for a in "xyz"},
@@ -51,7 +52,7 @@ def test_too_heavy(verification):
     # catches dead loads that fail without a word
     v = verification
     mesh = v.box([v.even(0, 10 * MM, 1), v.even(0, 10 * MM, 1), v.even(0, 60 * MM, 4)], names={"z0": "base"})
-    soft = Material(v.law("linear"), {"E": 600.0, "nu": 0.5}, density=5e4)
+    soft = Material(law("linear"), {"E": 600.0, "nu": 0.5}, density=5e4)
     result = solve(Problem(mesh, {"body": soft}, Loads([], gravity=(0.0, 0.0, 9.81))))
     assert result.status in ("diverged", "limit")
     assert "dead loads" in result.message and "element" in result.message

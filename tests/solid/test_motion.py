@@ -9,7 +9,7 @@ import pytest
 
 from fem_spa.solid.centre_line import CentreLine
 from fem_spa.solid.motion import MotionWatch
-from fem_spa.solid.problem import Loads
+from fem_spa.solid.problem import Loads, Problem
 from fem_spa.solid.space import build_space
 
 MM = 1e-3
@@ -39,7 +39,7 @@ def half_bar(verification):
 def watch(kind, verification, mesh, *displacements, **options):
     """An observer that has seen the states made of functions of the rest positions."""
     v = verification
-    problem = v.Problem(mesh, {"body": v.material("yeoh")}, Loads([]), **options)
+    problem = Problem(mesh, {"body": v.material("yeoh")}, Loads([]), **options)
     space = build_space(mesh)
     observer = kind()
     observer.start(problem, space)
