@@ -1,6 +1,7 @@
 """Meshes kept in a folder, one a drawing, for runs that differ in materials and loads only.
 
-A kept mesh is the one that meshing gave, to the last bit; its file is whole or not there.
+A kept mesh is the one that meshing gave, to the last bit (meshing the same drawing twice gives points that
+differ by some 1e-18 m); its file is whole or not there, and of two that are written at once the first one stays.
 """
 
 from __future__ import annotations
@@ -8,6 +9,8 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import os
+import uuid
 import zipfile
 from collections.abc import Callable
 from dataclasses import asdict
@@ -67,10 +70,25 @@ def kept(folder: Path, drawing: Drawing, shape: Any, make: Callable[[], TaggedMe
     path = place(folder, mesh_key(drawing, shape))
     found = _read(path)
     if found is None:
-        found = make()
+        fresh = make()
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(path, _bytes(found))
+        path.unlink(missing_ok=True)  # a damaged one
+        _write_first(path, _bytes(fresh))
+        found = _read(path) or fresh
     return found
+
+
+def _write_first(path: Path, content: bytes) -> None:
+    """Write a file that is not there yet; where another has written it meanwhile, that one stays."""
+    beside = path.with_name(f"{path.stem}.{uuid.uuid4().hex}.part")
+    write_whole(beside, content)
+    try:
+        os.link(beside, path)
+    except FileExistsError:
+        pass
+    except OSError:  # a file system without links
+        os.replace(beside, path)
+    beside.unlink(missing_ok=True)
 
 
 def _bytes(mesh: TaggedMesh) -> bytes:
