@@ -1,7 +1,7 @@
 """Meshes kept in a folder, one a drawing, for runs that differ in materials and loads only.
 
 A kept mesh is the one that meshing gave, to the last bit (meshing the same drawing twice gives points that
-differ by some 1e-18 m); its file is whole or not there, and of two that are written at once the first one stays.
+differ by some 1e-18 m); its file is whole or not there, and of two written at once the first one stays.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ def kept(folder: Path, drawing: Drawing, shape: Any, make: Callable[[], TaggedMe
     path = place(folder, mesh_key(drawing, shape))
     found = _read(path)
     if found is None:
+        path.unlink(missing_ok=True)  # a damaged one
         fresh = make()
         folder.mkdir(parents=True, exist_ok=True)
-        path.unlink(missing_ok=True)  # a damaged one
         _write_first(path, _bytes(fresh))
         found = _read(path) or fresh
     return found
