@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_spa.output.compare import cost, paint, save, table
-from fem_spa.output.style import figure
+from fem_spa.output.compare import cost, draw, table
 from fem_spa.run import run_deck
 
-SUMMARY = "contact on and off, fast module and tripod in one picture: the angle rises where chambers touch"
+SUMMARY = "contact on and off, fast module and tripod in one plot: the angle rises where chambers touch"
 DECK = Path(__file__).with_name("fast_module.toml")
 TRIPOD = Path(__file__).with_name("tripod.toml")
 
@@ -26,20 +25,20 @@ chambers meet together."""
 
 
 def run(out: Path) -> int:
-    """Solve the four cases into folders under `out`; draws them in one picture, prints the slopes."""
+    """Solve the four cases into folders under `out`; draws them in one plot, prints the slopes."""
     cases = {"fast module": (DECK, FAST, "fast"), "tripod": (TRIPOD, [], "1")}
-    drawing = figure(11.0, 4.4)
     columns: dict[str, np.ndarray] = {}
+    curves, lines = {}, {}
     status = 0
-    for (actuator, (deck, changes, cavity)), axes in zip(cases.items(), drawing.subplots(1, 2), strict=True):
-        curves, touch = {}, None
+    for actuator, (deck, changes, cavity) in cases.items():
+        touch = None
         for name, more in (("contact", []), ("contact off", [OFF])):
             outcome = run_deck(deck, out / f"{actuator} {name}".replace(" ", "_"), [*changes, *more])
             status = max(status, outcome.exit_status)
             rows = outcome.result.rows
             pressure = np.array([row.pressure[cavity] / 1e3 for row in rows])
             angle = np.array([abs(math.degrees(row.angle)) for row in rows])
-            curves[name] = (pressure, angle)
+            curves[f"{actuator}, {name}"] = (pressure, angle)
             columns |= {f"{actuator} {name} [kPa]": pressure, f"{actuator} {name} [deg]": angle}
             touch = touch or outcome.result.touch_pressure
             slope = np.diff(angle) / np.diff(pressure)
@@ -48,12 +47,12 @@ def run(out: Path) -> int:
                 f"{slope[0]:.2f} deg/kPa at first, {slope.max():.2f} at most"
             )
             print(cost("  this run", outcome.record))
-        lines = {"first touch": touch[cavity] / 1e3} if touch else {}
         if touch:
+            lines[f"{actuator}: first touch"] = touch[cavity] / 1e3
             print(f"{actuator}: first touch at {touch[cavity] / 1e3:.2f} kPa")
-        paint(axes, actuator.capitalize(), ("pressure [kPa]", "bending angle [deg]"), curves, None, lines)
     table(out / "curve.csv", columns)
-    save(drawing, out / "onset.png")
+    title = "What contact does: on and off"
+    draw(out / "onset.png", title, ("pressure [kPa]", "bending angle [deg]"), curves, None, lines)
     print(REMARK)
     print(f"See {out / 'onset.png'}")
     return status

@@ -139,6 +139,21 @@ def test_grasp_sphere_presses_after_the_touch(small: Callable[..., str]) -> None
     assert curve["min gap [mm]"].min() > -0.05
 
 
+def test_finger_on_plate_presses_more_on_a_nearer_plate(small: Callable[..., str]) -> None:
+    """Nothing before the touch, more with pressure after it; a held tip takes a thrust, hardly a cross force.
+
+    Catches a force of the wrong sign, and a plate that the study does not move.
+    """
+    overrides = ("geometry.slow_chambers=3", "geometry.size='8 mm'", "loads.points=2")
+    said = small("finger_on_plate", overrides, PLATES=(0.5, 2.0))
+    force = columns("out/curve.csv")
+    near, far = force["plate 0.5 mm away [N]"], force["plate 2 mm away [N]"]
+    assert near[0] == far[0] == 0.0 and all(np.diff(near) > 0) and all(near[1:] > far[1:])
+    assert abs(force["held tip down [N]"][-1]) < 0.05 * near[-1] < force["held tip along the finger [N]"][-1]
+    touched = [float(part.split()[0]) for part in said.split("touched at ")[1:]]
+    assert 0.0 < touched[0] < touched[1]
+
+
 def test_fast_module_bends_more_with_contact(small: Callable[..., str]) -> None:
     said = small("fast_module", SMALL_FAST, WITHOUT=["loads.contact=false"])
     on, off = (columns(f"out/{name}curve.csv") for name in ("", "contact_off/"))
