@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -120,6 +121,17 @@ class Contact:
                     "its normal round if it is a plane"
                 )
 
+    def memory(self) -> dict[str, Any]:
+        """What the next evaluation depends on, besides the shape."""
+        return {"stiffness": self.stiffness, "accepted": self._accepted, "built": self._built}
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Go on from what `memory` gave: with the same neighbours, found from the same shape."""
+        self.stiffness = memory["stiffness"]
+        self._accepted = memory["accepted"]
+        if memory["built"] is not None and self.itself:
+            self._find(memory["built"], (REACH + _SKIN) * self.size)
+
     def accept(self, position: np.ndarray) -> None:
         """A state (n_nodes, 3) m in which nothing is inside anything: what comes is judged from there."""
         self._accepted = position.copy()
@@ -186,7 +198,7 @@ class Contact:
         skin = _SKIN * self.size
         moved = np.inf if self._built is None else np.abs(position - self._built).max() * 2.0 * np.sqrt(3.0)
         if moved > skin:
-            self._find(position, REACH * self.size + skin)
+            self._find(position, (REACH + _SKIN) * self.size)
         return self._nearest(position, reach)
 
     # -- energy, forces, tangent -----------------------------------------------------------------

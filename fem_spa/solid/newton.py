@@ -13,8 +13,9 @@ by dV/dx and solved by block elimination, so that limit points of the pressure a
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -75,6 +76,7 @@ class Factors:
     distrust: int = 0  # solutions that shall begin with new factors, since kept ones were of no use
     patience: int = 4
     seconds: float = 0.0
+    data: np.ndarray | None = None  # the tangent whose factors are kept
 
     @property
     def ready(self) -> bool:
@@ -84,7 +86,7 @@ class Factors:
         self, system: System, x: np.ndarray, pressure: np.ndarray, constraint: Constraint, e: Evaluation
     ) -> None:
         """Factorize the tangent at x."""
-        data = system.tangent(x, pressure)
+        data = self.data = system.tangent(x, pressure)
         started = time.perf_counter()
         if self.solver.pattern is not system.pattern:
             done = self.solver.factorizations
@@ -115,6 +117,25 @@ class Factors:
         if not np.all(np.isfinite(y)):
             raise SingularMatrix("the tangent is singular")
         return y
+
+    def memory(self) -> dict[str, Any]:
+        """What the next steps depend on; arrays in it are never changed."""
+        names = ("border", "gradient", "schur", "on_volume", "distrust", "patience", "data")
+        updates = [list(pair) for pair in self.updates]
+        return {**{name: getattr(self, name) for name in names}, "updates": updates}
+
+    def recall(self, memory: Mapping[str, Any], system: System) -> None:
+        """Go on from what `memory` gave: the same matrix has the same factors."""
+        for name in ("border", "gradient", "schur", "on_volume", "distrust", "patience", "data"):
+            setattr(self, name, memory[name])
+        self.updates = [(w, s) for w, s in memory["updates"]]
+        if self.data is not None:
+            self.solver.free()
+            self.solver = make_solver(system.pattern)
+            try:
+                self.solver.factorize(self.data)
+            except SingularMatrix:  # as it was then
+                self.distrust = max(self.distrust, 1)
 
     def drop_border(self) -> None:
         if self.border is not None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -85,6 +86,17 @@ class Angle:
     def begin_path(self, displacement: np.ndarray) -> None:
         """The shape under the dead loads: from here the load path turns the tip."""
         self.reference = displacement.copy()
+
+    def memory(self) -> dict[str, Any]:
+        """What the next angle depends on, besides the shape."""
+        if not self.known:
+            return {}
+        return {"previous": self.previous, "axis": self.axis, "reference": self.reference}
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Go on from what `memory` gave."""
+        for name, value in memory.items():
+            setattr(self, name, value)
 
     def tip(self, displacement: np.ndarray) -> np.ndarray:
         """(3,) m, centroid of the tip face of the whole actuator."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -21,7 +21,9 @@ from fem_spa.solid.observe import Observer
 from fem_spa.solid.predictor import Predictor
 from fem_spa.solid.problem import Problem, Result, Row, State, StepControl
 from fem_spa.solid.space import Space, build_space
+from fem_spa.solid.stop import Stop, give_up
 from fem_spa.solid.system import System, cavity_values
+from fem_spa.solid.walk_memory import Memory, Told, Way, recall, remember, row_memory, state_of
 from fem_spa.solid.walls import Walls
 
 STEPS_OF_A_PATH = 20  # largest automatic step: this part of the whole path
@@ -38,6 +40,8 @@ def solve(
     steps: StepControl | None = None,
     observers: Sequence[Observer] = (),
     space: Space | None = None,
+    keep: Callable[[Memory], None] | None = None,
+    memory: Mapping[str, Any] | None = None,
 ) -> Result:
     """Walk the load path of a problem.
 
@@ -47,6 +51,8 @@ def solve(
     steps : how the path is walked; the answer does not depend on it
     observers : told of every iteration and converged state
     space : the space of the problem's mesh, if it is at hand
+    keep : given the walk's memory after every converged step, to go on from later
+    memory : of an earlier walk of the same problem with the same steps: the walk goes on from there
 
     Returns
     -------
@@ -58,20 +64,24 @@ def solve(
     InputError
         The problem cannot be set up (a surface or density is missing, an element is inverted, ...).
     """
-    return _Walk(problem, steps or StepControl(), observers, space or build_space(problem.mesh)).run()
+    space = space or build_space(problem.mesh)
+    return Walk(problem, steps or StepControl(), observers, space, keep).run(memory)
 
 
-class _Stop(Exception):
-    def __init__(self, status: str, message: str) -> None:
-        super().__init__(message)
-        self.status = status
+class Walk:
+    """One walk along a load path; `solve` is the way in, walk_memory.py knows what it is made of."""
 
-
-class _Walk:
     def __init__(
-        self, problem: Problem, steps: StepControl, observers: Sequence[Observer], space: Space
+        self,
+        problem: Problem,
+        steps: StepControl,
+        observers: Sequence[Observer],
+        space: Space,
+        keep: Callable[[Memory], None] | None = None,
     ) -> None:
         self.started = time.perf_counter()
+        self.keep_memory = keep
+        self.way: Way | None = None
         self.problem, self.steps, self.observers, self.space = problem, steps, observers, space
         loads = problem.loads
         self.dead = any(loads.gravity) or any(loads.tip_force) or loads.tip_displacement is not None
@@ -83,6 +93,7 @@ class _Walk:
         self.x, self.pressure = self.system.rest(), np.zeros(n)
         self.rest_volume = self.system.evaluate(self.x, self.pressure, 0.0).volume
         self.rows: list[Row] = []
+        self.told = Told()
         self.state: State | None = None
         self.iterations = 0
         self.warnings: list[str] = []
@@ -109,14 +120,18 @@ class _Walk:
                 self.system.stress_unit,
             )
 
-    def run(self) -> Result:
+    def run(self, memory: Mapping[str, Any] | None = None) -> Result:
         for observer in self.observers:
             observer.start(self.problem, self.space)
         status, message = "done", "reached the end of the load path"
         try:
-            self.dead_loads()
+            if memory is not None:
+                recall(self, memory)
+            if self.way is None or self.way.dead:
+                self.dead_loads()
+                self.way = None
             self.load_path()
-        except _Stop as stop:
+        except Stop as stop:
             status, message = stop.status, str(stop)
         except KeyboardInterrupt:
             status, message = (
@@ -158,7 +173,9 @@ class _Walk:
         if self.dead:
             n = self.steps.imposed_steps or 1
             points = [np.array([(k + 1) / n]) for k in range(n)]
-            self.stretch(np.zeros(1), points, lambda _: constraint, dead=True)
+            if self.way is None:
+                self.way = Way(True, np.zeros(1), Predictor())
+            self.stretch(self.way, points, lambda _: constraint)
         else:
             rest = self.system.evaluate(self.x, self.pressure, 0.0)
             self.equilibrium = Equilibrium(self.x, self.pressure, rest, 0, True)
@@ -176,83 +193,96 @@ class _Walk:
         points = [cavity_values(self.system, point) for point in loads.points]
         if not points or not self.system.cavities:
             return
-        volume = self.equilibrium.evaluation.volume
-        if loads.control == "pressure":
-            start = np.zeros(len(self.pressure))
-        elif loads.control == "volume":
-            start = volume
-            points = [p / self.system.multiplicity for p in points]
-        elif loads.control == "gas-mass":
-            start = (self.pressure + loads.atmosphere) * volume / (loads.atmosphere * self.rest_volume)
-        else:
+        if loads.control not in ("pressure", "volume", "gas-mass"):
             raise InputError(
                 f'control \'{loads.control}\' is not known; use "pressure", "volume" or "gas-mass"'
             )
+        if loads.control == "volume":
+            points = [p / self.system.multiplicity for p in points]
+        if self.way is None:
+            self.way = Way(False, self.beginning(), Predictor())
 
         def constraint(target: np.ndarray) -> Constraint:
             return Constraint(loads.control, target, self.rest_volume, loads.atmosphere)
 
-        self.stretch(start, points, constraint, dead=False)
+        self.stretch(self.way, points, constraint)
+
+    def beginning(self) -> np.ndarray:
+        """(n_cavities,) what is prescribed, under the dead loads alone: Pa, m^3 or ratio of gas mass."""
+        loads, volume = self.problem.loads, self.equilibrium.evaluation.volume
+        if loads.control == "pressure":
+            return np.zeros(len(self.pressure))
+        if loads.control == "volume":
+            return volume
+        return (self.pressure + loads.atmosphere) * volume / (loads.atmosphere * self.rest_volume)
 
     # -- one sequence of load points -------------------------------------------------------------
 
-    def stretch(self, start, points, constraint, dead: bool) -> None:
-        """Walk straight lines from `start` through `points` (arrays of prescribed values)."""
-        corners = [start, *points]
-        scale = np.maximum(np.max(np.abs(np.array(corners) - start), axis=0), 1e-300)
+    def stretch(self, way: Way, points, constraint) -> None:
+        """Walk straight lines from `way.start` through `points` (arrays of prescribed values)."""
+        dead, predictor = way.dead, way.predictor
+        corners = [way.start, *points]
+        scale = np.maximum(np.max(np.abs(np.array(corners) - way.start), axis=0), 1e-300)
         lengths = [float(np.max(np.abs(b - a) / scale)) for a, b in pairwise(corners)]
         total = sum(lengths)
         if total == 0:
             return
         longest = total if dead else total / STEPS_OF_A_PATH
-        size = 0.25 * longest if self.approaching and not dead else longest
-        walked, wait = 0.0, 0
-        predictor = Predictor()
-        predictor.add(0.0, self.x, self.pressure)
+        imposed = self.steps.imposed_steps if not dead else None
+        if not predictor.known:
+            way.size = 0.25 * longest if self.approaching and not dead else longest
+            predictor.add(0.0, self.x, self.pressure)
+            self.save()
         direction = None
-        for (a, b), length in zip(pairwise(corners), lengths, strict=True):
-            if length == 0:
+        for k, ((a, b), length) in enumerate(zip(pairwise(corners), lengths, strict=True)):
+            if length == 0 or k < way.segment:
                 continue
             new_direction = (b - a) / length
-            if direction is not None and np.max(np.abs(new_direction - direction) / scale) > 1e-9:
-                predictor.corner()
+            if k > way.segment:
+                if direction is not None and np.max(np.abs(new_direction - direction) / scale) > 1e-9:
+                    predictor.corner()
+                way.segment, way.done = k, 0.0
             direction = new_direction
-            done = 0.0
-            imposed = self.steps.imposed_steps if not dead else None
-            while done < length * (1 - 1e-12):
-                step = length / imposed if imposed else size
-                left = length - done
+            while way.done < length * (1 - 1e-12):
+                step = length / imposed if imposed else way.size
+                left = length - way.done
                 if step > 0.75 * left or (imposed and step > left * (1 - 1e-9)):
                     step = left
-                equilibrium, step = self.advance(
-                    predictor, walked, done, step, length, total, a, b, constraint, dead
-                )
+                equilibrium, step = self.advance(way, step, length, total, a, b, constraint)
                 touching = self.system.touching is not None and self.system.touching.highest > 0
                 if self.approaching and touching and not dead:
-                    part = first_touch(self.system, predictor, walked, step)
+                    part = first_touch(self.system, predictor, way.walked, step)
                     now = equilibrium.pressure
                     self.touched(self.pressure + part * (now - self.pressure))
-                done = length if step == left else done + step
-                walked += step
+                way.done = length if step == left else way.done + step
+                way.walked += step
                 self.x, self.pressure = equilibrium.x, equilibrium.pressure
                 self.equilibrium = equilibrium
                 if self.system.contact is not None:
                     self.system.contact.accept(self.space.points + self.system.displacement(self.x))
-                predictor.add(walked, self.x, self.pressure)
+                predictor.add(way.walked, self.x, self.pressure)
                 if not dead:
-                    self.fraction = walked / total
-                    self.keep(equilibrium, is_point=done == length)
+                    self.fraction = way.walked / total
+                    self.keep(equilibrium, is_point=way.done == length)
                 if touching and equilibrium.cuts:
-                    size, wait = step, _WAIT
-                elif wait > 0:
-                    wait -= 1
+                    way.size, way.wait = step, _WAIT
+                elif way.wait > 0:
+                    way.wait -= 1
                 elif equilibrium.cost <= (_EASY_TOUCHING if touching else _EASY):
-                    size = min(longest, max(size, step) * _GROWTH)
+                    way.size = min(longest, max(way.size, step) * _GROWTH)
                 else:
-                    size = max(step, 0.5 * size) if step < size else size
+                    way.size = max(step, 0.5 * way.size) if step < way.size else way.size
+                if not dead or way.walked < total * (1 - 1e-12):  # the end of the dead loads is kept below
+                    self.save()
 
-    def advance(self, predictor, walked, done, step, length, total, a, b, constraint, dead):
+    def save(self) -> None:
+        """Between two steps: here a walk can be left, and taken up again."""
+        if self.keep_memory is not None:
+            self.keep_memory(remember(self))
+
+    def advance(self, way, step, length, total, a, b, constraint):
         """One converged step of at most `step`; smaller ones are tried where it fails."""
+        predictor, walked, done, dead = way.predictor, way.walked, way.done, way.dead
         smallest = self.steps.min_fraction * length
         cuts = 0
         while True:
@@ -276,7 +306,7 @@ class _Walk:
             self.system.settle_layers(self.x)
             step *= 0.5
             if step < smallest:
-                raise self.give_up(equilibrium, constraint, dead)
+                raise give_up(self.system, self.x, self.pressure, equilibrium, dead, self.rows)
 
     def attempt(
         self, x: np.ndarray, pressure: np.ndarray, constraint: Constraint, dead_factor: float
@@ -318,43 +348,6 @@ class _Walk:
             found = replace(again, iterations=found.iterations + again.iterations, cost=again.cost)
         return replace(found, converged=False, why="walls pass through one another however stiff contact is")
 
-    def give_up(self, failed: Equilibrium, constraint, dead: bool) -> _Stop:
-        """Say why no smaller step helps: the body can bear no more, or the numbers break down."""
-        stretch, worst = self.largest_stretch()
-        e = failed.evaluation
-        if np.isfinite(e.min_jacobian) and e.min_jacobian <= 0:
-            worst = e.worst
-        place = self.system.place(worst)
-        at = ", ".join(
-            f"{name} {1e-3 * p:.4g} kPa" for name, p in zip(self.system.cavities, self.pressure, strict=True)
-        )
-        where = "under the dead loads alone" if dead else f"beyond {at or 'the last step'}"
-        reason = f"no equilibrium found {where} ({failed.why}); largest stretch {stretch:.2f}, worst {place}"
-        if not dead and self.problem.loads.control == "pressure" and self.near_limit():
-            return _Stop(
-                "limit",
-                f"{reason}. The shape changes without bound with pressure here: a limit point or a buckle; "
-                'control = "volume" may go on through it',
-            )
-        return _Stop("diverged", f"{reason}. A finer mesh there or a smaller load may help")
-
-    def largest_stretch(self) -> tuple[float, int]:
-        self.system.evaluate(self.x, self.pressure, 1.0)
-        return self.system.max_stretch()
-
-    def near_limit(self) -> bool:
-        """Has the volume's response to pressure grown tenfold along the path, or turned round?"""
-        volumes = np.array([row.volume for row in self.rows])
-        pressures = np.array([max(row.pressure.values(), key=abs, default=0.0) for row in self.rows])
-        if len(self.rows) < 3:
-            return False
-        with np.errstate(divide="ignore", invalid="ignore"):
-            response = np.diff(volumes) / np.diff(pressures)
-        response = response[np.isfinite(response)]
-        if len(response) < 2:
-            return False
-        return bool(response[-1] < 0 or response[-1] > 10 * np.abs(response).min())
-
     # -- what is kept of a converged state -------------------------------------------------------
 
     def keep(self, equilibrium: Equilibrium, is_point: bool) -> None:
@@ -381,16 +374,12 @@ class _Walk:
             force_vector=force_vector,
         )
         row = replace(row, **self.contact_row(displacement, row))
-        state = State(
-            step=row.step,
-            displacement=displacement.copy(),
-            pressure_field=self.x[system.n_u :].copy(),
-            cavity_pressure=named,
-            cavity_volume=dict(zip(system.cavities, volume.tolist(), strict=True)),
-        )
+        volumes = dict(zip(system.cavities, volume.tolist(), strict=True))
+        state = state_of(system, self.x, self.pressure, row.step, volumes)
         self.watch_walls(displacement, named)
         self.warnings += self.cards.look(system, named)
         self.rows.append(row)
+        self.told.append(row_memory(row))
         self.state = state
         for observer in self.observers:
             observer.converged(state, row, self.fraction)
@@ -428,9 +417,9 @@ class _Walk:
             at = ", ".join(f"{name} {1e-3 * p:.3g} kPa" for name, p in self.touch.items())
             where = ", ".join(f"{1e3 * c:.0f}" for c in place)
             if self.steps.stop_at_touch and not self.rows:
-                raise _Stop("limit", f"walls touch under the dead loads alone, near ({where}) mm")
+                raise Stop("limit", f"walls touch under the dead loads alone, near ({where}) mm")
             if self.steps.stop_at_touch:
-                raise _Stop("done", f"walls touch at {at}, near ({where}) mm; as asked, the path ends there")
+                raise Stop("done", f"walls touch at {at}, near ({where}) mm; as asked, the path ends there")
             self.warnings.append(
                 f"Walls touch at {at}, near ({where}) mm. Contact is not modelled, so beyond that pressure "
                 "they pass through one another and the curve is not to be trusted."

@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -268,6 +269,21 @@ class System:
                 self.pattern, self._moved = pattern.extend_pattern(self._bare, *self.contact.reach(position))
                 self._entry_scale = self._entries(self.scale) / self.energy_unit
         raise AssertionError("contact between faces that were not found to be near")
+
+    def memory(self) -> dict[str, Any]:
+        """What the next tangents depend on, besides the state: the layers' stress, the grown pattern."""
+        grown = None
+        if self._moved is not None:
+            grown = [self.pattern.indptr, self.pattern.indices, self._moved]
+        return {"layers": self._layer_stress, "grown": grown}
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        """Go on from what `memory` gave."""
+        self._layer_stress = memory["layers"]
+        if memory["grown"] is not None:
+            indptr, indices, self._moved = memory["grown"]
+            self.pattern = pattern.Pattern(self._bare.number, self._bare.free, indptr, indices)
+            self._entry_scale = self._entries(self.scale) / self.energy_unit
 
     def settle_layers(self, x: np.ndarray, increment: np.ndarray | None = None) -> None:
         """Fix the layers' stress that the next tangents use: that at x or, linearly, at x + increment.
