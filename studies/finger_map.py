@@ -1,7 +1,7 @@
 """Composite finger: the analytic model against FE over the 81 pressure pairs of the paper's bench.
 
-The FE side walks three paths on one mesh that pass through all pairs; a path that is finished stays in its
-file and is not walked again when the study is started anew in the same folder.
+The FE side walks three paths on one mesh that pass through all pairs, one a core at a time; a path that is
+finished stays in its file and is not walked again when the study is started anew in the same folder.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import json
 import sys
 import textwrap
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import least_squares
 
+from fem_spa.engine import open_engine
 from fem_spa.output.files import write_whole
 from fem_spa.reduced.finger import Finger, finger
 from fem_spa.reduced.finger_sizes import CALIBRATED
@@ -67,36 +68,53 @@ def run(out: Path) -> int:
 
 def fe_map(setup: Any, folder: Path) -> tuple[np.ndarray, np.ndarray]:
     """FE angles (slow, fast) in deg, nan where not reached, and whether walls touch there."""
-    from fem_spa.run import listen
-    from fem_spa.solid.path import solve
-    from fem_spa.solid.problem import StepControl
-    from fem_spa.solid.space import build_space
-
     text = json.dumps([setup.resolved, SLOW, FAST], sort_keys=True, default=str)
     key = hashlib.sha256(text.encode()).hexdigest()[:16]
-    space = None
+    walks = [
+        Walk(number, setup.problem, tuple(points), folder / f"path_{number}.csv", key)
+        for number, points in enumerate(load_paths(), 1)
+    ]
+    left = [walk for walk in walks if _read_path(walk.file, key) is None]
+    if left:
+        with open_engine(most=len(left)) as engine:
+            for ended in engine.run(walked, left):
+                if ended.error is not None:
+                    raise ended.error
+                print(ended.value, file=sys.stderr, flush=True)
     angle = np.full((len(SLOW), len(FAST)), np.nan)
     touched = np.zeros(angle.shape, bool)
-    listen()
-    for number, points in enumerate(load_paths(), 1):
-        file = folder / f"path_{number}.csv"
-        rows = _read_path(file, key)
-        if rows is None:
-            space = space or build_space(setup.problem.mesh)
-            named = [{"slow": 1e3 * s, "fast": 1e3 * f} for s, f in points]
-            problem = replace(setup.problem, loads=replace(setup.problem.loads, points=named))
-            result = solve(problem, StepControl(tolerance=TOLERANCE), space=space)
-            if result.status == "interrupted":
-                raise KeyboardInterrupt
-            rows = _rows(result)
-            words = f"path {number} of {PATHS}: {result.status}, {len(result.rows)} steps, {result.message}"
-            print(words, file=sys.stderr)
-            _write_path(file, key, rows, words)
-        for slow, fast, turned, touch in rows:
+    for walk in walks:
+        for slow, fast, turned, touch in _read_path(walk.file, key) or ():
             i = int(np.argmin(np.abs(np.array(SLOW) - slow)))
             j = int(np.argmin(np.abs(np.array(FAST) - fast)))
             angle[i, j], touched[i, j] = turned, bool(touch)
     return angle, touched
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One path: its number, the problem, (slow, fast) kPa of its points, where it goes, of which problem."""
+
+    number: int
+    problem: Any
+    points: tuple[tuple[float, float], ...]
+    file: Path
+    key: str
+
+
+def walked(walk: Walk) -> str:
+    """Solve a path and write its file; how it ended."""
+    from fem_spa.solid.path import solve
+    from fem_spa.solid.problem import StepControl
+
+    named = [{"slow": 1e3 * s, "fast": 1e3 * f} for s, f in walk.points]
+    problem = replace(walk.problem, loads=replace(walk.problem.loads, points=named))
+    result = solve(problem, StepControl(tolerance=TOLERANCE))
+    if result.status == "interrupted":
+        raise KeyboardInterrupt
+    words = f"path {walk.number} of {PATHS}: {result.status}, {len(result.rows)} steps, {result.message}"
+    _write_path(walk.file, walk.key, _rows(result), words)
+    return words
 
 
 def load_paths() -> list[list[tuple[float, float]]]:

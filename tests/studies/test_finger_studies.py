@@ -82,7 +82,7 @@ def test_finger_map(
     def never(*_: object, **__: object) -> None:
         raise AssertionError("a finished path was walked again")
 
-    monkeypatch.setattr("fem_spa.solid.path.solve", never)
+    monkeypatch.setattr(finger_map, "open_engine", never)
     assert main(["study", "finger_map", "--out", str(out)]) == 0
     again = np.genfromtxt(out / "map.csv", delimiter=",", skip_header=1)
     assert again == pytest.approx(table)
