@@ -10,5 +10,6 @@ SUMMARIES: dict[str, str] = {
     "calibrate": "fit numbers of a deck or a reduced model to records or FE curves",
     "diagnose": "compare a model with measured records, and name the effect that it lacks",
     "simulate": "run a model, with its effects, over the pressures of records",
+    "sweep": "solve a deck for many values of its keys: a table, curves, maps and a page",
     "study": "run a study that comes with the program (--list says what each shows)",
 }

@@ -1,0 +1,224 @@
+"""From a plan to a folder: meshes, cases, the table as it grows, pictures and page."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from fem_spa.engine import Ended, Engine, EngineGone, WorkerLost, open_engine
+from fem_spa.errors import InputError
+from fem_spa.mesh_store import place
+from fem_spa.output.files import write_whole
+from fem_spa.sweep.case import ENDS, Line, Task, draw, read_line, solve
+from fem_spa.sweep.cases import Case, Plan, make_plan
+from fem_spa.sweep.table import folder_of, sweep_csv
+from fem_spa.sweep.words import case_words, time_left
+
+WRITTEN = ("sweep.csv", "sweep.json", "curves.png", "keys.png", "maps.png", "report.html")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What was asked for.
+
+    again : also cases that ended by themselves, but not at the end of their path, are solved once more
+    """
+
+    deck: Path
+    vary: tuple[str, ...]
+    sample: str | None = None
+    seed: int = 0
+    overrides: tuple[str, ...] = ()
+    scheduler: str | None = None
+    workers: int | None = None
+    again: bool = False
+    command: str = "fem-spa sweep ..."
+
+
+@dataclass
+class Sweep:
+    """How it goes.
+
+    status : `done`, `interrupted` or `stopped`
+    lines : name of a case -> what is known of it
+    found : cases that were solved before;  seconds : of this call;  engine : in words
+    """
+
+    plan: Plan
+    folder: Path
+    status: str = "done"
+    message: str = ""
+    lines: dict[str, Line] = field(default_factory=dict)
+    found: int = 0
+    seconds: float = 0.0
+    engine: str = "nothing was left to run"
+
+    def count(self, *statuses: str) -> int:
+        """Cases of these statuses."""
+        return sum(self.line(case).status in statuses for case in self.plan.cases)
+
+    def line(self, case: Case) -> Line:
+        """What is known of a case."""
+        return self.lines.get(case.name, Line("waiting", "not run"))
+
+
+def run_sweep(request: Request, folder: Path, say: Callable[[str], None] = lambda text: None) -> Sweep:
+    """Run the cases of a sweep that are not solved yet, and write the table, the pictures and the page.
+
+    Parameters
+    ----------
+    folder : of the results; cases of an earlier call in it count
+    say : is told of every case that ends
+
+    Raises
+    ------
+    InputError
+        The input is wrong, in one line; nothing was written.
+    """
+    begun = time.perf_counter()
+    folder = folder.resolve()
+    plan = make_plan(
+        request.deck, request.vary, request.sample, request.seed, request.overrides, folder / "meshes"
+    )
+    sweep = Sweep(plan, folder)
+    keep = ENDS[:1] if request.again else ENDS
+    for case in plan.cases:
+        line = Line("refused", case.refused) if case.refused else read_line(folder / folder_of(case))
+        if line is not None:
+            sweep.lines[case.name] = line
+            sweep.found += line.status in keep
+    left = [case for case in plan.cases if case.deck and sweep.line(case).status not in keep]
+    for case in left:
+        sweep.lines.pop(case.name, None)
+    if left:
+        with open_engine(request.scheduler, request.workers, most=len(left)) as engine:
+            _ready(folder, engine)
+            sweep.engine = engine.words
+            try:
+                _run(sweep, engine, left, request.again, say)
+            except KeyboardInterrupt:
+                sweep.status, sweep.message = "interrupted", "interrupted by the user"
+                say("interrupted: what is at work puts its results in order (Ctrl-C again: at once)")
+            except EngineGone as error:
+                sweep.status, sweep.message = "stopped", str(error)
+        _look_again(sweep, left)
+    else:
+        _ready(folder, None)
+    sweep.seconds = time.perf_counter() - begun
+    _finish(sweep, request)
+    return sweep
+
+
+def _ready(folder: Path, engine: Engine | None) -> None:
+    """Make the folder, and see that it can be written here and seen by all workers."""
+    new = not folder.exists()
+    try:
+        (folder / "cases").mkdir(parents=True, exist_ok=True)
+        write_whole(folder / "sweep.json", json.dumps({"status": "running"}) + "\n")
+    except OSError as error:
+        raise InputError(
+            f"given {folder} for --out: it cannot be written ({error.strerror}); give another folder"
+        ) from None
+    if engine is not None and hasattr(engine, "refuse_blind"):
+        try:
+            engine.refuse_blind(folder)
+        except InputError:
+            if new:
+                (folder / "sweep.json").unlink()
+                (folder / "cases").rmdir()
+                folder.rmdir()
+            raise
+
+
+def _run(sweep: Sweep, engine: Engine, left: Sequence[Case], again: bool, say: Callable[[str], None]) -> None:
+    """Meshes that several cases share, then the cases, those of one mesh after one another."""
+    begun = time.monotonic()
+    left = _draw(sweep, engine, left, say)
+    tasks = [_task(sweep, case, again) for case in left]
+    write_whole(sweep.folder / "sweep.csv", sweep_csv(sweep.plan, sweep.lines))
+    for done, ended in enumerate(engine.run(solve, tasks), 1):
+        case = left[ended.number]
+        line = sweep.lines[case.name] = _line_of(ended)
+        write_whole(sweep.folder / "sweep.csv", sweep_csv(sweep.plan, sweep.lines))
+        rest = (time.monotonic() - begun) / done * (len(left) - done)
+        say(f"case {done} of {len(left)}: {case_words(sweep.plan, case, line)}{time_left(rest)}")
+
+
+def _draw(sweep: Sweep, engine: Engine, left: Sequence[Case], say: Callable[[str], None]) -> list[Case]:
+    """Make the meshes that more than one case needs; the cases that are still to be solved."""
+    users: dict[str, list[Case]] = {}
+    for case in left:
+        users.setdefault(case.mesh, []).append(case)
+    meshes = sweep.folder / "meshes"
+    shared = [cases for key, cases in users.items() if len(cases) > 1 and not place(meshes, key).is_file()]
+    if shared:
+        say(f"meshing {len(shared)} geometr{'y' if len(shared) == 1 else 'ies'} for {len(left)} cases")
+    for ended in engine.run(draw, [cases[0].deck for cases in shared]):
+        if ended.error is not None:
+            for case in shared[ended.number]:
+                sweep.lines[case.name] = _line_of(ended)
+    return [case for case in left if case.name not in sweep.lines]
+
+
+def _task(sweep: Sweep, case: Case, again: bool) -> Task:
+    assert case.deck is not None
+    return Task(case.deck, sweep.folder / folder_of(case), again)
+
+
+def _line_of(ended: Ended) -> Line:
+    """A case's line from how its task ended."""
+    from geometry.errors import GeometryError
+    from materials.errors import MaterialError
+
+    error = ended.error
+    if error is None:
+        return ended.value if isinstance(ended.value, Line) else Line("waiting")
+    if isinstance(error, WorkerLost):
+        return Line("lost", str(error))
+    words = " ".join(str(error).split())
+    if isinstance(error, (InputError, GeometryError, MaterialError)):
+        return Line("refused", words)
+    return Line("fault", f"{type(error).__name__}: {words}")
+
+
+def _look_again(sweep: Sweep, left: Sequence[Case]) -> None:
+    """What cases left behind that were at work when the sweep was interrupted."""
+    for case in left:
+        if sweep.line(case).status in ("waiting", "interrupted"):
+            line = read_line(sweep.folder / folder_of(case))
+            if line is not None:
+                sweep.lines[case.name] = line
+
+
+def _finish(sweep: Sweep, request: Request) -> None:
+    """Table, record, pictures, page."""
+    from fem_spa.output.record import versions
+    from fem_spa.sweep.page import write_page
+    from fem_spa.sweep.pictures import draw_all
+
+    folder = sweep.folder
+    write_whole(folder / "sweep.csv", sweep_csv(sweep.plan, sweep.lines))
+    statuses = [sweep.line(case).status for case in sweep.plan.cases]
+    record: dict[str, Any] = {
+        "status": sweep.status,
+        "message": sweep.message,
+        "deck": str(request.deck),
+        "vary": list(request.vary),
+        "set": list(request.overrides),
+        "sample": request.sample,
+        "seed": request.seed,
+        "cases": {status: statuses.count(status) for status in dict.fromkeys(statuses)},
+        "solved before": sweep.found,
+        "same as others": sweep.plan.twins,
+        "engine": sweep.engine,
+        "seconds": round(sweep.seconds, 3),
+        "command": request.command,
+        "versions": versions(),
+    }
+    write_whole(folder / "sweep.json", json.dumps(record, indent=1, ensure_ascii=False) + "\n")
+    notes = draw_all(sweep)
+    write_page(folder / "report.html", sweep, request, notes)

@@ -1,0 +1,233 @@
+"""report.html of a sweep: the verdict, what failed, pictures, and every case with the way to its own page."""
+
+from __future__ import annotations
+
+import base64
+import html
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from fem_spa.output.files import write_whole
+from fem_spa.output.report_style import STYLE
+from fem_spa.output.words import number
+from fem_spa.sweep.case import Line
+from fem_spa.sweep.cases import Case
+from fem_spa.sweep.table import folder_of, main_output, merged
+from fem_spa.sweep.words import STATUS, best, failures, keys_words, verdict
+
+MOST_ROWS = 500
+MOST_NAMED = 4
+COLUMNS = ("pressure", "angle [deg]", "force", "extension [mm]", "max stretch", "min gap [mm]")
+"""Beginnings of the columns of curve.csv that the page shows; sweep.csv has all."""
+
+_STYLE = """
+.sweep td:first-child, .sweep th:first-child { text-align: left; }
+.sweep th { cursor: pointer; position: sticky; top: 0; background: #fff; }
+.sweep th[data-order]::after { content: " \\25B2"; color: var(--soft); }
+.sweep th[data-order="-1"]::after { content: " \\25BC"; }
+.sweep .key { background: #f3f6fa; }
+.sweep tr.bad td { color: var(--bad); }
+.sweep .word { text-align: left; }
+figure.keys, figure.maps { flex-basis: 100%; }
+figure.keys img { max-height: none; }
+figure.maps img { max-height: 900px; }
+.sweep a { color: #1f5fa8; }
+"""
+# sorts the table by the column that is clicked; without it the page says the same
+_SCRIPT = """
+document.querySelectorAll("table.sweep").forEach(table => {
+  const heads = [...table.querySelectorAll("th")], body = table.tBodies[0];
+  heads.forEach((head, place) => head.addEventListener("click", () => {
+    const order = head.dataset.order === "1" ? -1 : 1;
+    heads.forEach(other => delete other.dataset.order);
+    head.dataset.order = order;
+    const of = row => row.cells[place].dataset.value ?? row.cells[place].textContent;
+    [...body.rows].sort((a, b) => {
+      const x = of(a), y = of(b), d = parseFloat(x) - parseFloat(y);
+      if (x === "" || y === "") return (x === "") - (y === "");
+      return order * (isNaN(d) ? x.localeCompare(y) : d);
+    }).forEach(row => body.appendChild(row));
+  }));
+});
+"""
+
+
+def write_page(path: Path, sweep: Any, request: Any, notes: Sequence[str]) -> None:
+    """Write the page beside the pictures, which it holds as data.
+
+    Parameters
+    ----------
+    sweep : a `job.Sweep`;  request : the `job.Request` it came from
+    notes : warnings of the pictures
+    """
+    name = path.parent.resolve().name
+    sections = [
+        _verdict(sweep, name),
+        _tiles(sweep),
+        _failures(sweep, notes),
+        _pictures(path.parent, sweep),
+        _table(sweep),
+        _what_was_run(sweep, request),
+    ]
+    page = (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{_text(name)} - fem_spa</title>'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<style>{STYLE}{_STYLE}</style></head>\n"
+        f"<body><main>\n{''.join(sections)}</main><script>{_SCRIPT}</script></body></html>\n"
+    )
+    write_whole(path, page)
+
+
+def _text(value: Any) -> str:
+    return html.escape(str(value))
+
+
+def _verdict(sweep: Any, name: str) -> str:
+    every = sweep.count("done") == len(sweep.plan.cases)
+    kind = "done" if every else "interrupted" if sweep.count("done") else "stopped"
+    lines = [sweep.message] if sweep.message else []
+    message = "".join(f"<p>{_text(text)}</p>" for text in (*lines, *best(sweep)))
+    return (
+        f'<header class="{kind}"><p class="name">{_text(name)}: a sweep of fem_spa</p>'
+        f"<h1>{_text(verdict(sweep))}</h1>{message}</header>\n"
+    )
+
+
+def _tiles(sweep: Any) -> str:
+    lines = [sweep.line(case) for case in sweep.plan.cases]
+    work = sum(line.cost.get("seconds", 0.0) for line in lines)
+    tiles = [
+        ("designs", str(len(lines))),
+        ("solved", str(sweep.count("done"))),
+        ("not solved", str(len(lines) - sweep.count("done"))),
+    ]
+    if sweep.found:
+        tiles.append(("of them solved before this call", str(sweep.found)))
+    tiles.append(("work of all cases", _duration(work)))
+    tiles.append(("this call took", _duration(sweep.seconds)))
+    cells = "".join(
+        f"<div><strong>{_text(value)}</strong><span>{_text(label)}</span></div>" for label, value in tiles
+    )
+    return f'<section class="tiles">{cells}</section>\n'
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120:
+        return f"{number(seconds, 3)} s"
+    return f"{number(seconds / 60, 3)} min" if seconds < 7200 else f"{number(seconds / 3600, 3)} h"
+
+
+def _failures(sweep: Any, notes: Sequence[str]) -> str:
+    items = []
+    for status, reason, cases in failures(sweep):
+        named = "; ".join(_text(keys_words(sweep.plan, case)) for case in cases[:MOST_NAMED])
+        more = f" and {len(cases) - MOST_NAMED} more" if len(cases) > MOST_NAMED else ""
+        count = "1 design" if len(cases) == 1 else f"{len(cases)} designs"
+        why = f": {_text(reason)}" if reason and status != "waiting" else ""
+        items.append(
+            f"<li><b>{count} {STATUS.get(status, status)}</b>{why}<br><small>{named}{more}</small></li>"
+        )
+    items += [f"<li>{_text(note)}</li>" for note in notes]
+    if not items:
+        return ""
+    return f'<section class="warnings"><h2>What is not solved</h2><ul>{"".join(items)}</ul></section>\n'
+
+
+def _pictures(folder: Path, sweep: Any) -> str:
+    figures = []
+    for file, words in (
+        ("curves.png", "Every design's curve."),
+        ("keys.png", "The end of the path over each key; lines join designs that differ in that key alone."),
+        ("maps.png", "The end of the path over two keys; x: not solved."),
+    ):
+        picture = folder / file
+        if picture.is_file():
+            data = base64.b64encode(picture.read_bytes()).decode("ascii")
+            figures.append(
+                f'<figure class="{file[:-4]}"><img alt="{_text(words)}" src="data:image/png;base64,{data}">'
+                f"<figcaption>{_text(words)}</figcaption></figure>"
+            )
+    return f'<section class="pictures">{"".join(figures)}</section>\n' if figures else ""
+
+
+def _table(sweep: Any) -> str:
+    """A row a case: keys, how it ended, the end of its curve, the way to its page."""
+    plan = sweep.plan
+    lines = {case.name: sweep.line(case) for case in plan.cases}
+    known = merged(line.end for line in lines.values())
+    main = main_output(list(lines.values()))[0]
+    shown = [n for n in known if n.startswith((main, *COLUMNS)) and _any(lines.values(), n)]
+    names = [*(axis.title for axis in plan.axes), "status", *shown, "seconds", "case"]
+    head = "".join(
+        f'<th class="{"key" if k < len(plan.axes) else ""}">{_text(name)}</th>'
+        for k, name in enumerate(names)
+    )
+    body = "".join(_row(sweep, case, lines[case.name], shown) for case in plan.cases[:MOST_ROWS])
+    more = len(plan.cases) - MOST_ROWS
+    rest = f"<p>{more} more are in sweep.csv.</p>" if more > 0 else ""
+    return (
+        "<section><h2>All designs</h2><p><small>A design's status leads to its own page, a click on a "
+        "heading sorts; sweep.csv has further columns, and the folder of each.</small></p>"
+        f'<div class="scroll"><table class="numbers sweep"><thead><tr>{head}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>{rest}</section>\n"
+    )
+
+
+def _any(lines: Any, name: str) -> bool:
+    """Whether a column has numbers; one of zeros (the angle of a straight actuator) says nothing."""
+    return any(math.isfinite(value) and value for line in lines if (value := line.end.get(name)) is not None)
+
+
+def _row(sweep: Any, case: Case, line: Line, shown: Sequence[str]) -> str:
+    cells = []
+    for value in case.values:
+        data = "" if value.number is None else f' data-value="{value.number!r}"'
+        cells.append(f'<td class="key"{data}>{_text(value.text)}</td>')
+    title = f' title="{_text(line.reason)}"' if line.reason else ""
+    place = folder_of(case)
+    has_page = (sweep.folder / place / "report.html").is_file()
+    word = f'<a href="{place}/report.html">{line.status}</a>' if has_page else line.status
+    cells.append(f'<td class="word"{title}>{word}</td>')
+    for name in (*shown, "seconds"):
+        number_ = line.end.get(name, line.cost.get(name, math.nan))
+        finite = math.isfinite(number_)
+        data = f"{number_!r}" if finite else ""
+        cells.append(f'<td data-value="{data}">{_text(number(number_, 4)) if finite else ""}</td>')
+    cells.append(f'<td class="word">{case.name}</td>')
+    return f'<tr class="{"" if line.status == "done" else "bad"}">{"".join(cells)}</tr>'
+
+
+def _what_was_run(sweep: Any, request: Any) -> str:
+    plan = sweep.plan
+    pairs = [("deck", _text(request.deck))]
+    for axis in plan.axes:
+        if plan.sample and axis.interval:
+            values = f"{axis.interval[0]:g} to {axis.interval[1]:g} {axis.unit}"
+        else:
+            listed = ", ".join(value.text for value in axis.values[:12])
+            more = f" and {len(axis.values) - 12} more" if len(axis.values) > 12 else ""
+            values = f"{listed}{more} {axis.unit}"
+        pairs.append((_text(axis.key), _text(values.strip())))
+    how = (
+        f"{plan.sample} points of a Sobol sequence, seed {request.seed}"
+        if plan.sample
+        else "every combination"
+    )
+    pairs.append(("designs", how + (f"; {plan.twins} are the same as others" if plan.twins else "")))
+    for text in request.overrides:
+        pairs.append(("set", _text(text)))
+    meshes = len({case.mesh for case in plan.cases if case.mesh})
+    pairs.append(("meshes", f"{meshes}, shared by the designs that differ in materials and loads only"))
+    pairs.append(("run by", _text(sweep.engine)))
+    memory = [sweep.line(case).cost.get("memory [MB]", math.nan) for case in plan.cases]
+    known = [value for value in memory if math.isfinite(value)]
+    if known:
+        pairs.append(("memory", f"{max(known):.0f} MB at most in one process"))
+    rows = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in pairs)
+    return (
+        f"<section><h2>What was run</h2><table>{rows}</table></section>\n"
+        "<section><h2>How to go on</h2><p>The same call runs only what is not solved yet; with more "
+        f"values, only those that are new.</p><pre>{_text(request.command)}</pre></section>\n"
+    )

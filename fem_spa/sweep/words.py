@@ -1,0 +1,104 @@
+"""The sentences of a sweep, on the terminal and on its page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from fem_spa.output.words import number
+from fem_spa.sweep.case import Line
+from fem_spa.sweep.cases import Case, Plan
+from fem_spa.sweep.table import main_output
+
+HEAD = {"done": "Done", "interrupted": "Interrupted", "stopped": "Stopped"}
+
+
+def keys_words(plan: Plan, case: Case) -> str:
+    """The values of a case: "geometry.wall 1.25 mm, loads.pressure 20 kPa"."""
+    pairs = zip(plan.axes, case.values, strict=True)
+    return ", ".join(f"{axis.key} {value.text} {axis.unit}".rstrip() for axis, value in pairs)
+
+
+def with_unit(value: float, unit: str, digits: int = 3) -> str:
+    """31.2°, 14 mm."""
+    return f"{number(value, digits)}{'' if unit == '°' else ' '}{unit}"
+
+
+def case_words(plan: Plan, case: Case, line: Line) -> str:
+    """A case that ended: "geometry.wall 1.25 mm: done, 31.2°, 12 s"."""
+    words = [line.status]
+    column, _, unit = main_output([line])
+    if column in line.end:
+        words.append(with_unit(line.end[column], unit))
+    if "seconds" in line.cost:
+        words.append(f"{line.cost['seconds']:.0f} s")
+    reason = f" ({line.reason})" if line.reason else ""
+    return f"{keys_words(plan, case)}: {', '.join(words)}{reason}"
+
+
+def extremes(sweep: Any) -> list[tuple[Case, float]]:
+    """The solved cases with the smallest and the largest end of the main output."""
+    lines = [sweep.line(case) for case in sweep.plan.cases]
+    column = main_output(lines)[0]
+    pairs = [
+        (case, line.end[column])
+        for case, line in zip(sweep.plan.cases, lines, strict=True)
+        if line.status == "done" and math.isfinite(line.end.get(column, math.nan))
+    ]
+    if not pairs:
+        return []
+    return [min(pairs, key=lambda pair: pair[1]), max(pairs, key=lambda pair: pair[1])]
+
+
+def verdict(sweep: Any) -> str:
+    """One sentence: how many are solved, and between which values the main output is at their end."""
+    total, solved = len(sweep.plan.cases), sweep.count("done")
+    sentence = f"{HEAD[sweep.status]}: {solved} of {total} designs are solved"
+    ends = extremes(sweep)
+    if ends:
+        _, label, unit = main_output([sweep.line(case) for case in sweep.plan.cases])
+        name = label.partition(" [")[0]
+        low, high = (with_unit(value, unit) for _, value in ends)
+        sentence += f"; {name} at the end from {low} to {high}"
+    return sentence + "."
+
+
+def best(sweep: Any) -> list[str]:
+    """Which designs end with the smallest and the largest main output, a sentence each."""
+    _, label, unit = main_output([sweep.line(case) for case in sweep.plan.cases])
+    name = label.partition(" [")[0]
+    return [
+        f"{which.capitalize()} {name} {with_unit(value, unit)}: {keys_words(sweep.plan, case)}."
+        for which, (case, value) in zip(("smallest", "largest"), extremes(sweep), strict=False)
+    ]
+
+
+STATUS = {
+    "limit": "cannot bear the load",
+    "diverged": "found no equilibrium",
+    "interrupted": "interrupted",
+    "refused": "cannot be solved",
+    "lost": "died twice",
+    "fault": "met a fault of the program",
+    "waiting": "not run",
+}
+"""What is said of a case that is not done."""
+
+
+def failures(sweep: Any) -> list[tuple[str, str, list[Case]]]:
+    """Status, reason and cases of what is not done, the most frequent first."""
+    groups: dict[tuple[str, str], list[Case]] = {}
+    for case in sweep.plan.cases:
+        line = sweep.line(case)
+        if line.status != "done":
+            groups.setdefault((line.status, line.reason), []).append(case)
+    ordered: Sequence[Any] = sorted(groups.items(), key=lambda item: -len(item[1]))
+    return [(status, reason, cases) for (status, reason), cases in ordered]
+
+
+def time_left(seconds: float) -> str:
+    """The end of a line of progress."""
+    if seconds < 1.0:
+        return ""
+    return f"; about {seconds:.0f} s left" if seconds < 120 else f"; about {seconds / 60:.0f} min left"
