@@ -50,13 +50,13 @@ def main() -> None:
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
     os.dup2(2, 1)  # what functions print is not an answer
-    if hasattr(signal, "SIGTERM"):
-        signal.signal(signal.SIGTERM, _interrupt)
     waiting: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(source, waiting), daemon=True).start()
     while True:
         try:
-            answer = _answer(waiting.get())
+            message = waiting.get()
+            signal.signal(signal.SIGTERM, _interrupt)  # anew for each: gmsh takes the system's own handler
+            answer = _answer(message)
         except KeyboardInterrupt:  # between two tasks, or before the function had begun
             answer = pickle.dumps(("interrupted", None))
         write(target, answer)
