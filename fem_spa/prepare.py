@@ -78,7 +78,11 @@ def prepare(deck: Deck) -> Setup:
     )
     solver = deck.solver
     steps = StepControl(
-        solver.imposed_steps, solver.tolerance, solver.max_iterations, stop_at_touch=solver.stop_at_touch
+        solver.imposed_steps,
+        solver.tolerance,
+        solver.max_iterations,
+        stop_at_touch=solver.stop_at_touch,
+        factors=solver.factors,
     )
     bare = [name for name in mesh.layers if name not in deck.layers]
     warnings = [

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_spa.solid.linear import LinearSolver, SingularMatrix, make_solver
+from fem_spa.solid.linear import LinearSolver, SingularMatrix
 from fem_spa.solid.system import Evaluation, System, inner, norm
 
 # A factorization with its assembly costs about as much as this many iterations with kept factors; measured
@@ -89,10 +89,7 @@ class Factors:
         data = self.data = system.tangent(x, pressure)
         started = time.perf_counter()
         if self.solver.pattern is not system.pattern:
-            done = self.solver.factorizations
-            self.solver.free()
-            self.solver = make_solver(system.pattern)
-            self.solver.factorizations = done
+            self.solver = self.solver.on(system.pattern)
         self.solver.factorize(data)
         self.updates = []
         if constraint.bordered:
@@ -130,8 +127,7 @@ class Factors:
             setattr(self, name, memory[name])
         self.updates = [(w, s) for w, s in memory["updates"]]
         if self.data is not None:
-            self.solver.free()
-            self.solver = make_solver(system.pattern)
+            self.solver = self.solver.on(system.pattern)
             try:
                 self.solver.factorize(self.data)
             except SingularMatrix:  # as it was then

@@ -26,6 +26,7 @@ from fem_spa.solid.system import System, cavity_values
 from fem_spa.solid.walk_memory import Memory, Told, Way, recall, remember, row_memory, state_of
 from fem_spa.solid.walls import Walls
 
+ON_DISK = "The linear solver kept its factors on disk"
 STEPS_OF_A_PATH = 20  # largest automatic step: this part of the whole path
 _GROWTH = 2.0
 _TOUCH_STEPS = 80  # a step in which walls first touch is no larger than the path's length over this
@@ -110,7 +111,7 @@ class Walk:
         self.seconds = getattr(self, "seconds", {"assembly": 0.0, "linear": 0.0, "contact": 0.0})
         self.factorizations = getattr(self, "factorizations", 0)
         self.system = System(self.problem, self.space, hold_tip)
-        self.factors = Factors(make_solver(self.system.pattern))
+        self.factors = Factors(make_solver(self.system.pattern, factors=self.steps.factors))
         if self.problem.contact or self.problem.obstacles:
             self.system.contact = contact_of(
                 self.problem,
@@ -162,6 +163,9 @@ class Walk:
             self.seconds[name] += self.system.seconds[name]
         self.seconds["linear"] += self.factors.seconds
         self.factorizations += self.factors.solver.factorizations
+        gigabytes = self.factors.solver.on_disk / 1e9
+        if gigabytes and not any(ON_DISK in line for line in self.warnings):
+            self.warnings.append(f"{ON_DISK} ({gigabytes:.2g} GB): the same curve, and slower.")
         self.factors.solver.free()
 
     # -- the two stages --------------------------------------------------------------------------
