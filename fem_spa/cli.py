@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import os
 import sys
@@ -47,6 +48,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if _wrong_input(error):
             print(f"fem-spa: {' '.join(str(error).split())}", file=sys.stderr)
             return WRONG_INPUT
+        if (why := _cut_short(error)) is not None:
+            print(f"fem-spa: {' '.join(why.split())}", file=sys.stderr)
+            return UNFINISHED
         what = f"{type(error).__name__}: {' '.join(str(error).split())}"
         print(f"fem-spa: a fault of the program: {what} (FEM_SPA_DEBUG=1 shows where)", file=sys.stderr)
         return UNFINISHED
@@ -82,6 +86,28 @@ def _wrong_input(error: Exception) -> bool:
     from materials.errors import MaterialError
 
     return isinstance(error, (InputError, GeometryError, MaterialError))
+
+
+_NO_ROOM = (
+    *(errno.ENOSPC, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO, errno.ENOTDIR),
+    *(errno.EISDIR, errno.ENOENT, errno.ENAMETOOLONG, getattr(errno, "EDQUOT", errno.ENOSPC)),
+)
+
+
+def _cut_short(error: Exception) -> str | None:
+    """The line of a job that the machine would not let go on, not the program: no room, no memory."""
+    from fem_spa.errors import Unfinished
+
+    if isinstance(error, Unfinished):
+        return str(error)
+    if isinstance(error, OSError) and error.errno in _NO_ROOM:
+        where = f"{error.filename}: " if error.filename else ""
+        return (
+            f"{where}{error.strerror}; what was finished before stays: make room there, or give another --out"
+        )
+    if isinstance(error, MemoryError):
+        return f"not enough memory ({error or 'none is left'}); a coarser mesh or a shorter record needs less"
+    return None
 
 
 if __name__ == "__main__":

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
-import signal
-import threading
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fem_spa.checkpoint import FOLDER, Checkpoints, difference
 from fem_spa.deck import Deck, read_deck
-from fem_spa.errors import InputError
+from fem_spa.errors import InputError, Unfinished
+from fem_spa.interruption import Interruption
+from fem_spa.output.claim import refuse_busy
 from fem_spa.output.files import write_whole
 from fem_spa.output.folder import ResultFolder
 from fem_spa.output.progress import Progress
@@ -32,16 +34,18 @@ class Outcome:
 
     Attributes
     ----------
-    result : rows, states, status
+    result : rows, states, status; without rows where the run had ended before
     setup : problem, materials' sources, the deck as resolved
     folder : where the files are
     record : content of result.json
+    had_ended : an earlier run has reached its end there, and nothing was done
     """
 
     result: Result
     setup: Setup
     folder: Path
     record: dict[str, Any]
+    had_ended: bool = False
 
     @property
     def exit_status(self) -> int:
@@ -51,6 +55,8 @@ class Outcome:
     @property
     def verdict(self) -> str:
         """One sentence: how far it came and what is there."""
+        if self.had_ended:
+            return f"Nothing to do: this run has ended before ({self.result.status})."
         return verdict(self.setup.problem, self.result, self.result.rows)
 
 
@@ -60,6 +66,7 @@ def run_deck(
     overrides: Sequence[str] = (),
     observers: Sequence[Any] = (),
     quiet: bool = False,
+    resume: bool = False,
 ) -> Outcome:
     """Solve a deck and leave curve.csv, result.json, fields, pictures and the report in a folder.
 
@@ -69,28 +76,125 @@ def run_deck(
     out : the folder; None is ``out/<name of the deck>``. Nothing is written outside it, and
         nothing at all before the solver has accepted the problem.
     overrides : texts ``key=value`` (only with a path)
-    observers : more observers, told after the program's own
+    observers : more observers, told after the program's own; where a run is resumed, of what is new
     quiet : no progress on stderr
+    resume : go on after the last checkpoint in the folder; anew where there is none
 
     Raises
     ------
     InputError, geometry.errors.GeometryError, materials.errors.MaterialError
-        The input is wrong, in one line; nothing was written.
+        The input is wrong, in one line; nothing was written. To resume, deck and mesh must be the same.
+    Unfinished
+        The results cannot be written any further; what was finished is there.
     """
     begun = time.perf_counter()
     if not isinstance(deck, Deck):
         deck = read_deck(deck, overrides)
     path = output_place(out, deck.name)
+    refuse_busy(path)
     progress = Progress(quiet)
-    with progress:
-        progress.say(f"meshing {deck.geometry.shape or deck.geometry.file}")
-        setup = prepare(deck)
-        folder = ResultFolder(path)
-        result = _solve(setup, folder, [folder, progress, *observers])
+    checkpoints = Checkpoints(path / FOLDER)
+    with contextlib.ExitStack() as stack:
+        with progress:
+            progress.say(f"meshing {deck.geometry.shape or deck.geometry.file}")
+            setup = prepare(deck)
+            folder = stack.enter_context(ResultFolder(path, checkpoints.remove))
+            problem = identity(setup)
+            memory = None
+            if resume:
+                ended, memory = earlier(folder, checkpoints, problem)
+                if ended is not None:
+                    return Outcome(_bare(ended), setup, path, ended, had_ended=True)
+                progress.note(_from_where(path, memory))
+            interruption = stack.enter_context(Interruption())
+            watchers = [folder, progress, *observers, interruption]
+            with interruption.after_an_iteration():
+                result = _solve(setup, folder, watchers, checkpoints, problem, memory)
         result.warnings = [*setup.warnings, *result.warnings]
         result.rows = list(folder.rows)  # with the motion of the tip
-    record = write_result(setup, result, folder, begun)
+        if memory is not None:
+            begun -= memory["walk"]["seconds"]["total"]
+        try:
+            record = write_result(setup, result, folder, begun)
+            if result.status != "interrupted" and not (path / "error.log").exists():
+                checkpoints.remove()
+        except OSError as error:
+            raise _unwritten(path, error, result) from None
     return Outcome(result, setup, path, record)
+
+
+def identity(setup: Setup) -> dict[str, Any]:
+    """What makes the problem what it is, as result.json holds it."""
+    from fem_spa.output.record import material_table, to_json
+
+    table = {
+        "deck": setup.resolved,
+        "mesh_hash": setup.problem.mesh.hash(),
+        "materials": material_table(setup.problem, setup.sources),
+    }
+    return dict(json.loads(to_json(table)))
+
+
+def earlier(
+    folder: ResultFolder, checkpoints: Checkpoints, problem: Mapping[str, Any]
+) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
+    """The result.json of a run that has ended in this folder, or its last checkpoint, or neither.
+
+    Raises
+    ------
+    InputError
+        What is there is of another deck or mesh; the folder is in use.
+    """
+    if not folder.path.is_dir():
+        return None, None
+    folder.claim()
+    memory = checkpoints.load()
+    ended = _ended(folder.path) if memory is None else None
+    was = ended or (memory or {}).get("problem")
+    changed = difference(was, problem) if was is not None else None
+    if changed is not None:
+        raise InputError(
+            f"given --resume: the run in {folder.path} is another one: {changed}; "
+            "give what it was begun with, or leave out --resume to start anew"
+        )
+    return ended, memory
+
+
+def _ended(path: Path) -> dict[str, Any] | None:
+    """result.json of a run that came to its end there."""
+    try:
+        record = json.loads((path / "result.json").read_text(encoding="utf-8"))
+        whole = record["status"] in ("done", "limit", "diverged") and {
+            "deck",
+            "mesh_hash",
+            "materials",
+        } <= set(record)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return dict(record) if whole and (path / "curve.csv").is_file() else None
+
+
+def _bare(record: Mapping[str, Any]) -> Result:
+    """What a result.json says of a result."""
+    return Result(
+        status=record["status"],
+        message=record.get("message", ""),
+        rows=[],
+        states=[],
+        dofs=record.get("dofs", 0),
+        elements=record.get("elements", 0),
+        newton_iterations=record.get("newton_iterations", 0),
+        factorizations=record.get("factorizations", 0),
+        seconds=dict(record.get("seconds", {})),
+    )
+
+
+def _from_where(path: Path, memory: Mapping[str, Any] | None) -> str:
+    """What a person reads where a run is to be resumed."""
+    if memory is None:
+        return f"nothing to go on with in {path}: a new run"
+    rows = [row for block in memory["walk"]["rows"] for row in block]
+    return f"going on after step {rows[-1]['step']}" if rows else "going on under the dead loads"
 
 
 def output_place(out: str | Path | None, name: str) -> Path:
@@ -116,17 +220,38 @@ def refuse_place(path: Path) -> None:
             break
 
 
-def _solve(setup: Setup, folder: ResultFolder, observers: Sequence[Any]) -> Result:
+def _solve(
+    setup: Setup,
+    folder: ResultFolder,
+    observers: Sequence[Any],
+    checkpoints: Checkpoints,
+    problem: Mapping[str, Any],
+    memory: Mapping[str, Any] | None,
+) -> Result:
     """The solver's result; an interruption or a fault of the program keeps what was reached."""
     from fem_spa.solid.path import solve
 
-    listen()
+    def keep(walk: dict[str, Any]) -> None:
+        """A checkpoint, once the fields of its step are written."""
+        content = {"problem": problem, "walk": walk, "folder": folder.memory()}
+        folder.beside(lambda: checkpoints.save(content))
+
+    if memory is not None:
+        folder.go_on(memory["walk"], memory["folder"])
     try:
-        return solve(setup.problem, setup.steps, observers)
+        walk = None if memory is None else memory["walk"]
+        return solve(setup.problem, setup.steps, observers, keep=keep, memory=walk)
     except KeyboardInterrupt:
         if not folder.started:
             raise
         return _partial(setup, folder, "interrupted", "interrupted by the user")
+    except OSError as error:
+        if not folder.started:
+            raise
+        why = f"the results cannot be written any further ({error.strerror or error})"
+        return _partial(setup, folder, "interrupted", f"{why}; with room there, --resume goes on")
+    except InputError:
+        raise
     except Exception:
         if not folder.started:
             raise
@@ -136,19 +261,19 @@ def _solve(setup: Setup, folder: ResultFolder, observers: Sequence[Any]) -> Resu
 def listen() -> None:
     """Let Ctrl-C and a polite end from outside raise KeyboardInterrupt, so that what was reached stays whole.
 
-    Set here, after meshing: gmsh takes the system's own handlers of both. A signal that the caller's
-    shell ignores stays ignored; outside the main thread nothing is set.
+    For jobs without iterations to wait for. A signal that the caller's shell ignores stays ignored; outside
+    the main thread nothing is set.
     """
-    if threading.current_thread() is not threading.main_thread():
-        return
+    Interruption().__enter__()
 
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
 
-    for name in ("SIGINT", "SIGTERM"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, interrupt)
+def _unwritten(path: Path, error: OSError, result: Result) -> Unfinished:
+    """The line for a folder that takes no more."""
+    last = f"after step {result.rows[-1].step}" if result.rows else "before its first step"
+    return Unfinished(
+        f"{error.filename or path} cannot be written ({error.strerror or error}); the run ended {last}, and "
+        f"what was finished by then is in {path}: make room there and give --resume to go on"
+    )
 
 
 def _fault(setup: Setup, folder: ResultFolder) -> Result:

@@ -8,7 +8,8 @@ import sys
 DESCRIPTION = """\
 Solve a deck and leave curve.csv, result.json, fields.pvd, curve.png, shape.png and report.html in DIR.
 Exit status 0: the end of the load path was reached; 1: the run ended before it (what was reached is
-in DIR, result.json says why); 2: the input is wrong, and nothing was written."""
+in DIR, result.json says why); 2: the input is wrong, and nothing was written.
+Every converged step is a checkpoint. Ctrl-C ends after the current iteration; --resume goes on."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,21 +26,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", metavar="DIR", help="folder of the results (default: out/<name of the deck>)"
     )
     parser.add_argument(
-        "--resume", action="store_true", help="go on with an interrupted run (not in this version)"
+        "--resume",
+        action="store_true",
+        help="go on after the last step of a run in DIR that was cut off; anew where there is none",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Solve; the verdict and the place of the report go to stdout."""
-    from fem_spa.errors import InputError
-
-    if arguments.resume:
-        raise InputError(
-            "given --resume: this version cannot go on with an interrupted run; leave it out to start anew"
-        )
     from fem_spa.run import run_deck
 
-    outcome = run_deck(arguments.deck, arguments.out, arguments.set)
+    outcome = run_deck(arguments.deck, arguments.out, arguments.set, resume=arguments.resume)
     print(outcome.verdict)
     for warning in outcome.record["warnings"]:
         print(f"Note: {warning}")

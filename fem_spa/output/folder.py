@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 import numpy as np
 
 from fem_spa.errors import InputError
-from fem_spa.output.files import write_whole
+from fem_spa.output.claim import Claim
+from fem_spa.output.files import sweep_parts, write_whole
 from fem_spa.output.obstacle_surface import vtp
 from fem_spa.output.table import Columns, centre_line_csv, columns, curve_csv, pressure_headers
 from fem_spa.output.vtu import pvd, vtu
 from fem_spa.solid.centre_line import CentreLine
 from fem_spa.solid.motion import MotionWatch
-from fem_spa.solid.problem import Problem, Result, Row, State
+from fem_spa.solid.problem import Motion, Problem, Result, Row, State
+from fem_spa.solid.walk_memory import Told, rows_and_state
 
 WRITTEN = (
     *("curve.csv", "centre_line.csv", "result.json", "fields.pvd", "curve.png", "shape.png"),
     *("report.html", "obstacles.vtp", "error.log"),
 )
 MOST_PENDING = 2
-"""Steps whose fields may wait to be written."""
+"""Things that may wait to be written: a step's fields and its checkpoint."""
 
 NOTE = "fem_spa: lengths in m, stress and pressure in Pa, Cauchy stress as xx yy zz xy yz xz"
 
@@ -35,7 +40,13 @@ class ResultFolder:
     thread of their own.
 
     The folder is made, and files of an earlier run in it are removed, only when the solver has
-    accepted the problem: a wrong input leaves no trace.
+    accepted the problem: a wrong input leaves no trace. From then on no other run may write there, until
+    the folder, as a context manager, is left.
+
+    Parameters
+    ----------
+    path : the folder
+    clear : called when files of an earlier run are removed, for what others keep there
 
     Attributes
     ----------
@@ -43,8 +54,14 @@ class ResultFolder:
     seconds : spent in here
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, clear: Callable[[], None] | None = None) -> None:
         self.path = path
+        self._clear = clear
+        self._held = contextlib.ExitStack()
+        self._claimed = False
+        self._walk: Mapping[str, Any] = {}
+        self._memory: Mapping[str, Any] | None = None
+        self._told = Told()
         self.rows: list[Row] = []
         self.last_state: State | None = None
         self.problem: Problem | None = None
@@ -66,26 +83,91 @@ class ResultFolder:
         """Columns of pressure, in order."""
         return self.problem.mesh.cavities if self.problem is not None else ()
 
+    def __enter__(self) -> ResultFolder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._writer.shutdown(wait=True, cancel_futures=True)
+        self._held.close()
+
+    def claim(self) -> None:
+        """Make the folder and keep other runs out of it.
+
+        Raises
+        ------
+        InputError
+            The folder cannot be written, or another run has it.
+        """
+        if self._claimed:
+            return
+        with _refused(self.path):
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._held.enter_context(Claim(self.path))
+        self._claimed = True
+
+    def go_on(self, walk: Mapping[str, Any], memory: Mapping[str, Any]) -> None:
+        """Begin with the rows and the state of a walk's memory, and with the `memory` that was taken then.
+
+        To be called before `start`, which then leaves the files of the earlier run.
+        """
+        self._walk, self._memory = walk, memory
+
     def start(self, problem: Problem, space: Any) -> None:
         """The problem is accepted: make the folder ready."""
-        try:
+        self.claim()
+        with _refused(self.path):
             (self.path / "fields").mkdir(parents=True, exist_ok=True)
-            for name in WRITTEN:
-                (self.path / name).unlink(missing_ok=True)
-            for old in (self.path / "fields").glob("step_*.vtu"):
-                old.unlink()
-            write_whole(self.path / "curve.csv", "")
-        except OSError as error:
-            raise InputError(
-                f"given {self.path} for --out: it cannot be written ({error.strerror}); give another folder"
-            ) from None
+            sweep_parts(self.path, WRITTEN)
+            sweep_parts(self.path / "fields", ["step_*"])
+            (self.path / "error.log").unlink(missing_ok=True)
+            if self._memory is None:
+                self._remove_earlier()
         self.problem, self.space = problem, space
-        if problem.obstacles:
-            write_whole(self.path / "obstacles.vtp", vtp(problem.obstacles, space.points))
         self._motion.start(problem, space)
         self._line.start(problem, space)
-        self._write_curve()
-        self._write_list_of_fields()
+        with _refused(self.path):
+            if problem.obstacles:
+                write_whole(self.path / "obstacles.vtp", vtp(problem.obstacles, space.points))
+            if self._memory is not None:
+                self._recall(self._memory)
+            self._write_curve()
+            self._write_list_of_fields()
+
+    def _remove_earlier(self) -> None:
+        """The files of an earlier run: first those that say how it ended."""
+        for name in ("result.json", *WRITTEN):
+            (self.path / name).unlink(missing_ok=True)
+        if self._clear is not None:
+            self._clear()
+        for old in (self.path / "fields").glob("step_*.vtu"):
+            old.unlink(missing_ok=True)
+
+    def memory(self) -> dict[str, Any]:
+        """What the rows to come depend on, besides their states."""
+        return {"told": self._told.memory(), "motion": self._motion.memory()}
+
+    def _recall(self, memory: Mapping[str, Any]) -> None:
+        """Rows, lines and list of fields as they were; what was written of later steps is removed."""
+        self._told.recall(memory["told"])
+        told = list(self._told)
+        assert self.problem is not None
+        rows, self.last_state = rows_and_state(self._walk, self.problem, self.space)
+        self.rows = [
+            replace(row, motion=Motion(**motion)) for row, (motion, _) in zip(rows, told, strict=True)
+        ]
+        self._motion.recall([Motion(**motion) for motion, _ in told], memory["motion"])
+        self._line.lines = [np.array(line) for _, line in told]
+        names = [f"fields/step_{row.step:04d}.vtu" for row in self.rows]
+        self._steps = [
+            (float(row.step), name)
+            for row, name in zip(self.rows, names, strict=True)
+            if (self.path / name).is_file()
+        ]
+        for later in (self.path / "fields").glob("step_*.vtu"):
+            if f"fields/{later.name}" not in names:
+                later.unlink(missing_ok=True)
 
     def iteration(self, step: int, pressure: dict[str, float], iteration: int, residual: float) -> None:
         """Nothing is kept of single iterations."""
@@ -95,13 +177,25 @@ class ResultFolder:
         begun = time.perf_counter()
         self._motion.converged(state, row)
         self._line.converged(state, row)
-        self.rows.append(replace(row, motion=self._motion.motions[-1]))
+        motion = self._motion.motions[-1]
+        self.rows.append(replace(row, motion=motion))
+        self._told.append([asdict(motion), self._line.lines[-1].tolist()])
         self.last_state = state
         self._write_curve()
-        while len(self._pending) >= MOST_PENDING:
-            self._pending.pop(0).result()
-        self._pending.append(self._writer.submit(self._write_fields, state, row))
+        self.beside(lambda: self._write_fields(state, row))
         self.seconds += time.perf_counter() - begun
+
+    def beside(self, write: Callable[[], None]) -> None:
+        """Let the writing thread do this once it has done what it was given before.
+
+        Raises
+        ------
+        Exception
+            as something that was given before did
+        """
+        while len(self._pending) >= MOST_PENDING or (self._pending and self._pending[0].done()):
+            self._pending.pop(0).result()
+        self._pending.append(self._writer.submit(write))
 
     def finished(self, result: Result) -> None:
         """Wait until the last fields are on disk."""
@@ -156,3 +250,14 @@ class ResultFolder:
             numbers,
             f"{NOTE}; regions {regions}",
         )
+
+
+@contextlib.contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """A folder that cannot be written is a wrong input."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"given {path} for --out: it cannot be written ({error.strerror}); give another folder"
+        ) from None

@@ -59,6 +59,17 @@ class Progress:
             self._said = time.perf_counter()
             print(text, file=sys.stderr, flush=True)
 
+    def note(self, text: str) -> None:
+        """A line that stays."""
+        if self._quiet:
+            return
+        if self._status is not None:
+            from rich.markup import escape
+
+            self._status.console.print(escape(text))
+        else:
+            print(text, file=sys.stderr, flush=True)
+
     def start(self, problem: Problem, space: Any) -> None:
         """The solver has accepted the problem."""
         self._begun = time.perf_counter()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +35,19 @@ class MotionWatch(Silent):
         self.normal /= np.linalg.norm(self.normal)
         self.tip = self.face.tip(zero)
         self.frame = across(self.face.along)
+
+    def memory(self) -> list[dict[str, Any] | None]:
+        """What the next motion depends on, besides the shape."""
+        if not self.face.known:
+            return [None, None]
+        return [self.face.memory(), None if self.line is None else self.line.memory()]
+
+    def recall(self, motions: list[Motion], memory: Sequence[Mapping[str, Any] | None]) -> None:
+        """Go on after these motions from what `memory` gave."""
+        self.motions = motions
+        for angle, told in zip((self.face, self.line), memory, strict=True):
+            if angle is not None and told is not None:
+                angle.recall(told)
 
     def converged(self, state: State, row: Row, fraction: float = 0.0) -> None:
         """Look at one state; the first is that under the dead loads."""

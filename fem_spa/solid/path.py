@@ -379,7 +379,7 @@ class Walk:
         )
         row = replace(row, **self.contact_row(displacement, row))
         volumes = dict(zip(system.cavities, volume.tolist(), strict=True))
-        state = state_of(system, self.x, self.pressure, row.step, volumes)
+        state = state_of(self.space, self.x, named, row.step, volumes)
         self.watch_walls(displacement, named)
         self.warnings += self.cards.look(system, named)
         self.rows.append(row)

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fem_spa.solid.predictor import Predictor
-from fem_spa.solid.problem import Motion, Row, State
-from fem_spa.solid.system import System
+from fem_spa.solid.problem import Motion, Problem, Row, State
+from fem_spa.solid.space import Space
 
 if TYPE_CHECKING:
     from fem_spa.solid.path import Walk
@@ -119,9 +119,7 @@ def recall(walk: Walk, memory: Mapping[str, Any]) -> None:
     walk.way = Way(predictor=predictor, **memory["way"])
     walk.x, walk.pressure = memory["x"], memory["pressure"]
     walk.told.recall(memory["rows"])
-    walk.rows = [row_of(table) for table in walk.told]
-    if memory["cavity_volume"] is not None:
-        walk.state = state_of(walk.system, walk.x, walk.pressure, walk.rows[-1].step, memory["cavity_volume"])
+    walk.rows, walk.state = rows_and_state(memory, walk.problem, walk.space)
     walk.angle.recall(memory["angle"])
     ranged, stable = memory["cards"]
     walk.cards.ranged = {name: walk.cards.ranged[name] for name in ranged}
@@ -142,15 +140,27 @@ def recall(walk: Walk, memory: Mapping[str, Any]) -> None:
     walk.seconds = seconds
 
 
+def rows_and_state(
+    memory: Mapping[str, Any], problem: Problem, space: Space
+) -> tuple[list[Row], State | None]:
+    """The rows that a memory holds, and the state of the last one."""
+    rows = [row_of(table) for block in memory["rows"] for table in block]
+    if not rows:
+        return [], None
+    named = dict(zip(problem.mesh.cavities, memory["pressure"].tolist(), strict=True))
+    return rows, state_of(space, memory["x"], named, rows[-1].step, memory["cavity_volume"])
+
+
 def state_of(
-    system: System, x: np.ndarray, pressure: np.ndarray, step: int, volume: Mapping[str, float]
+    space: Space, x: np.ndarray, pressure: Mapping[str, float], step: int, volume: Mapping[str, float]
 ) -> State:
-    """The state of unknowns x (n_dofs,) and cavity pressures (Pa). volume : as a state's `cavity_volume`"""
+    """The state of unknowns x (n_dofs,). pressure, volume : of the cavities, as in a State"""
+    n_u = 3 * space.n_nodes
     return State(
         step=step,
-        displacement=system.displacement(x).copy(),
-        pressure_field=x[system.n_u :].copy(),
-        cavity_pressure=dict(zip(system.cavities, pressure.tolist(), strict=True)),
+        displacement=x[:n_u].reshape(-1, 3).copy(),
+        pressure_field=x[n_u:].copy(),
+        cavity_pressure=dict(pressure),
         cavity_volume=dict(volume),
     )
 

@@ -202,7 +202,6 @@ def test_command_lines(deck: Deck, capsys: pytest.CaptureFixture[str]) -> None:
     refused(["sove", path], capsys, "invalid choice")
     refused(["solve"], capsys, "DECK.toml")
     refused(["solve", path, "--ou", "x", "--nothing"], capsys, "--nothing")
-    refused(["solve", path, "--resume"], capsys, "--resume")
     refused(["solve", path, "--out", "deck.toml"], capsys, "is a file")
     refused(["solve", path, "--out", "deck.toml/below"], capsys, "is a file")
     refused(["solve", path, "--out", "x" * 300], capsys, "--out", "give another folder")

@@ -41,7 +41,7 @@ def run(
     before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
 
     def ends_with(error: BaseException) -> int:
-        def solve(problem: Any, steps: Any, observers: Any) -> Any:
+        def solve(problem: Any, steps: Any, observers: Any, **_: Any) -> Any:
             for observer in observers:
                 observer.start(problem, space)
             for row in make_rows(5)[:3]:

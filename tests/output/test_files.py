@@ -65,11 +65,11 @@ def folder(
     tmp_path: Path, make_problem: Make, make_rows: Make, make_state: Make, make_result: Make, space: Any
 ) -> Path:
     """A result folder after three steps."""
-    observer = ResultFolder(tmp_path / "out")
-    observer.start(make_problem(), space)
-    for row in make_rows(3):
-        observer.converged(make_state(row), row, 0.5)
-    observer.finished(make_result(observer.rows))
+    with ResultFolder(tmp_path / "out") as observer:
+        observer.start(make_problem(), space)
+        for row in make_rows(3):
+            observer.converged(make_state(row), row, 0.5)
+        observer.finished(make_result(observer.rows))
     return tmp_path / "out"
 
 
@@ -96,7 +96,8 @@ def test_fields_are_read_by_pyvista_and_meshio(folder: Path, space: Any) -> None
 def test_files_of_an_earlier_run_are_gone(folder: Path, make_problem: Make, space: Any) -> None:
     (folder / "report.html").write_text("old")
     (folder / "mine.txt").write_text("kept")
-    ResultFolder(folder).start(make_problem(), space)
+    with ResultFolder(folder) as observer:
+        observer.start(make_problem(), space)
     assert not list((folder / "fields").iterdir()) and not (folder / "report.html").exists()
     assert (folder / "mine.txt").read_text() == "kept"
     assert len((folder / "curve.csv").read_text().splitlines()) == 1

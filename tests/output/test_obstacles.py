@@ -77,12 +77,12 @@ def test_everything_is_written_with_obstacles(
     pressed: Any, tmp_path: Path, make_state: Make, make_result: Make, space: Any
 ) -> None:
     problem, rows = pressed
-    folder = ResultFolder(tmp_path / "out")
-    folder.start(problem, space)
-    for row in rows:
-        folder.converged(make_state(row), row, 0.1)
-    result = make_result(folder.rows, touch_pressure={"main": 4e3})
-    folder.finished(result)
+    with ResultFolder(tmp_path / "out") as folder:
+        folder.start(problem, space)
+        for row in rows:
+            folder.converged(make_state(row), row, 0.1)
+        result = make_result(folder.rows, touch_pressure={"main": 4e3})
+        folder.finished(result)
     mesh = pyvista.read(tmp_path / "out" / "obstacles.vtp")
     assert set(mesh["obstacle"]) == {1, 2} and mesh.n_points > 100
     lines = (tmp_path / "out" / "centre_line.csv").read_text().splitlines()
