@@ -20,6 +20,8 @@ from fem_spa.reduced.model import Drive, ReducedModel
 from fem_spa.units import ATMOSPHERE
 
 Respond = Callable[[Data, np.ndarray, np.ndarray], np.ndarray]
+Switches = Mapping[str, np.ndarray]
+"""Effect -> theta, of those that the model itself carries."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,9 @@ class Base:
     still : whether the response has no memory of its own
     slow : whether a call costs seconds
     factor, together : whether `values` is a factor on the parameters named in `together`
-    physical : effect -> its response by the model itself with that switch on, (data) -> (n, d) for size one
+    physical : effects that the model itself carries -> in which form, in words
+    switched : as `respond`, with the thetas of such effects besides
+    exact : the same by the model's whole motion, where `switched` takes a short cut
     """
 
     model: ReducedModel
@@ -53,7 +57,9 @@ class Base:
     slow: bool = False
     factor: bool = False
     together: tuple[str, ...] = ()
-    physical: Mapping[str, Callable[[Data], np.ndarray]] = field(default_factory=dict)
+    physical: Mapping[str, str] = field(default_factory=dict)
+    switched: Callable[[Data, np.ndarray, np.ndarray, Switches], np.ndarray] | None = None
+    exact: Callable[[Data, np.ndarray, np.ndarray, Switches], np.ndarray] | None = None
 
     def refitted(self) -> dict[str, float]:
         """Name -> value in SI of the refitted parameters, inside their bounds."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_spa.loop.base import Base
+from fem_spa.loop.base import Base, Switches
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.effect import Context, Effect
 
@@ -60,18 +60,37 @@ class Chain:
         thetas: Sequence[np.ndarray],
         values: np.ndarray,
         pressure: np.ndarray | None = None,
+        switches: Switches | None = None,
     ) -> np.ndarray:
-        """(n, d) before gain and offset; `pressure` in place of the commanded one."""
+        """(n, d) before gain and offset; `pressure` in place of the commanded one, `switches` from outside.
+
+        What the base carries itself (`Base.physical`) is its own, not a block.
+        """
         context = self.context(data)
         pressure = data.pressure if pressure is None else pressure
+        own = dict(switches or {})
         for effect, theta in zip(self.effects, thetas, strict=True):
-            if effect.slot in ("input", "actuation"):
+            if effect.name in self.base.physical:
+                own[effect.name] = theta
+            elif effect.slot in ("input", "actuation"):
                 pressure = effect.apply(context, pressure, theta)
-        out = self.base.respond(data, pressure, values)
+        own = {name: theta for name, theta in own.items() if theta.any()}
+        if own and self.base.switched is not None:
+            out = self.base.switched(data, pressure, values, own)
+        else:
+            out = self.base.respond(data, pressure, values)
         for effect, theta in zip(self.effects, thetas, strict=True):
-            if effect.slot not in ("input", "actuation"):
+            if effect.slot not in ("input", "actuation") and effect.name not in self.base.physical:
                 out = effect.apply(context, out, theta)
         return out
+
+    def exactly(self, data: Data, pressure: np.ndarray, values: np.ndarray, switches: Switches) -> np.ndarray:
+        """As `response`, the base by its whole motion."""
+        base = self.base
+        assert base.exact is not None
+        whole = base.exact
+        plain = replace(base, respond=lambda d, p, v: whole(d, p, v, {}), switched=whole)
+        return replace(self, base=plain).response(data, self.thetas, values, pressure, switches)
 
     def with_effects(self, effects: Sequence[Effect], thetas: Sequence[np.ndarray]) -> Chain:
         """A copy with other blocks, put in causal order."""
@@ -89,4 +108,13 @@ def around(chain: Chain) -> Base:
     def respond(data: Data, pressure: np.ndarray, values: np.ndarray) -> np.ndarray:
         return chain.response(data, chain.thetas, values, pressure)
 
-    return replace(chain.base, respond=respond, still=False)
+    def switched(data: Data, pressure: np.ndarray, values: np.ndarray, switches: Switches) -> np.ndarray:
+        return chain.response(data, chain.thetas, values, pressure, switches)
+
+    return replace(
+        chain.base,
+        respond=respond,
+        still=False,
+        switched=switched if chain.base.switched else None,
+        exact=chain.exactly if chain.base.exact else None,
+    )

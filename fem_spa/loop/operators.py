@@ -85,6 +85,30 @@ def lag_up_down(data: Data, signal: np.ndarray, rise: float, fall: float) -> np.
     return out
 
 
+def rate_limited(data: Data, signal: np.ndarray, up: float, down: float) -> np.ndarray:
+    """(n,) signal followed no faster than `up` and `down` (a second, above 0); at rest 0, in the gaps too."""
+    out = np.empty_like(signal)
+    state = 0.0
+    for run in data.runs:
+        state = max(state - down * run.gap, 0.0) if state > 0.0 else min(state + up * run.gap, 0.0)
+        out[run.part] = _followed(signal[run.part], state, up * run.step, down * run.step)
+        state = float(out[run.part.stop - 1])
+    return out
+
+
+def _followed(x: np.ndarray, state: float, up: float, down: float) -> np.ndarray:
+    """(n,) from `state`, at most `up` and `down` from row to row; the first row is free to be reached."""
+    steps = np.diff(x)
+    if state == x[0] and (steps <= up).all() and (steps >= -down).all():
+        return x
+    out = np.empty_like(x)
+    now = state
+    for i, aim in enumerate(x.tolist()):
+        now = aim if now - down <= aim <= now + up else now + up if aim > now else now - down
+        out[i] = now
+    return out
+
+
 def delayed(data: Data, signal: np.ndarray, delay: float) -> np.ndarray:
     """(n, d) signal later by `delay` (s); before a record's beginning its first value."""
     out = np.empty_like(signal)

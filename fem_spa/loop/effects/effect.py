@@ -44,7 +44,7 @@ class Context:
     rest : (d,) its response at zero pressure
     names : outputs
     p_max, cycles, seconds : what shares of pressure, of all cycles and of all time mean
-    physical : effect -> response of size one by the base model itself with that switch on
+    physical : effects that the base model itself carries -> in which form, in words
     """
 
     data: Data
@@ -54,7 +54,7 @@ class Context:
     p_max: float
     cycles: float
     seconds: float
-    physical: Mapping[str, Callable[[Data], np.ndarray]] = field(default_factory=dict)
+    physical: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def q(self) -> np.ndarray:

@@ -10,9 +10,6 @@ def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Turn by the body's weight."""
     if theta[0] == 0.0:
         return response
-    own = ctx.physical.get("gravity")
-    if own is not None:
-        return np.asarray(response + theta[0] * own(ctx.data))
     return weighed(ctx, response, np.full(len(response), theta[0]), tip=False)
 
 

@@ -17,9 +17,6 @@ def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Turn by a weight at the tip, in proportion to the payload where it is stated."""
     if theta[0] == 0.0:
         return response
-    own = ctx.physical.get("payload")
-    if own is not None:
-        return np.asarray(response + (theta[0] * loads(ctx))[:, None] * own(ctx.data))
     return weighed(ctx, response, theta[0] * loads(ctx), tip=True)
 
 
