@@ -80,12 +80,7 @@ class Cluster:
         return f"Dask scheduler {self._address} with {count} worker{'' if count == 1 else 's'}"
 
     def refuse_blind(self, folder: Path) -> None:
-        """Refuse workers that do not see a folder of this machine, or have another fem_spa.
-
-        Raises
-        ------
-        InputError
-        """
+        """See `interface.Engine.refuse_blind`."""
         marker = folder / f".seen.{self._token}"
         marker.touch()
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol, Self
 
@@ -57,6 +58,15 @@ class Engine(Protocol):
         ------
         EngineGone
             The scheduler cannot be reached any more.
+        """
+        ...
+
+    def refuse_blind(self, folder: Path) -> None:
+        """Refuse workers that do not see a folder of this machine, or have another fem_spa.
+
+        Raises
+        ------
+        InputError
         """
         ...
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from queue import SimpleQueue
 from types import TracebackType
 from typing import Any, Self
@@ -97,6 +98,9 @@ class Pool:
             if host is None or not host.alive:
                 host = self._hosts[place] = Host(self.threads)
             return host
+
+    def refuse_blind(self, folder: Path) -> None:
+        """See `interface.Engine.refuse_blind`: processes of this machine see what it sees."""
 
     def close(self) -> None:
         """See `interface.Engine.close`; a second Ctrl-C meanwhile ends what runs at once."""

@@ -50,13 +50,20 @@ def draw(deck: Deck) -> None:
 
 
 def solve(task: Task) -> Line:
-    """Solve a case, if it is not solved; what its folder says then."""
+    """Solve a case, if it is not solved, from its last checkpoint on; what its folder says then."""
+    from fem_spa.checkpoint import FOLDER
+    from fem_spa.errors import InputError
     from fem_spa.run import run_deck
 
     found = read_line(task.folder)
     if found is not None and found.status in ENDS and not task.again:
         return found
-    run_deck(task.deck, task.folder, quiet=True)
+    try:
+        run_deck(task.deck, task.folder, quiet=True, resume=not task.again)
+    except InputError:
+        if task.again or not (task.folder / FOLDER).is_dir():
+            raise
+        run_deck(task.deck, task.folder, quiet=True)  # its checkpoint is of a mesh that is no longer there
     return read_line(task.folder) or Line("fault", f"nothing readable is in {task.folder}")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -10,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from fem_spa.engine import Ended, Engine, EngineGone, WorkerLost, open_engine
-from fem_spa.errors import InputError
+from fem_spa.errors import InputError, Unfinished
 from fem_spa.mesh_store import place
+from fem_spa.output.claim import Claim, refuse_busy
 from fem_spa.output.files import write_whole
 from fem_spa.sweep.case import ENDS, Line, Task, draw, read_line, solve
 from fem_spa.sweep.cases import Case, Plan, make_plan
@@ -81,57 +83,70 @@ def run_sweep(request: Request, folder: Path, say: Callable[[str], None] = lambd
     """
     begun = time.perf_counter()
     folder = folder.resolve()
+    refuse_busy(folder)
     plan = make_plan(
         request.deck, request.vary, request.sample, request.seed, request.overrides, folder / "meshes"
     )
     sweep = Sweep(plan, folder)
-    keep = ENDS[:1] if request.again else ENDS
-    for case in plan.cases:
-        line = Line("refused", case.refused) if case.refused else read_line(folder / folder_of(case))
-        if line is not None:
-            sweep.lines[case.name] = line
-            sweep.found += line.status in keep
-    left = [case for case in plan.cases if case.deck and sweep.line(case).status not in keep]
-    for case in left:
-        sweep.lines.pop(case.name, None)
-    if left:
-        with open_engine(request.scheduler, request.workers, most=len(left)) as engine:
-            _ready(folder, engine)
+    left = _earlier(sweep, request.again)
+    engine = open_engine(request.scheduler, request.workers, len(left)) if left else None
+    with contextlib.ExitStack() as stack:
+        if engine is not None:
+            stack.enter_context(engine)
+        stack.enter_context(_room(folder, engine))
+        if engine is not None:
             sweep.engine = engine.words
             try:
                 _run(sweep, engine, left, request.again, say)
+                engine.close()
             except KeyboardInterrupt:
                 sweep.status, sweep.message = "interrupted", "interrupted by the user"
                 say("interrupted: what is at work puts its results in order (Ctrl-C again: at once)")
+                with contextlib.suppress(KeyboardInterrupt):
+                    engine.close()
             except EngineGone as error:
                 sweep.status, sweep.message = "stopped", str(error)
-        _look_again(sweep, left)
-    else:
-        _ready(folder, None)
-    sweep.seconds = time.perf_counter() - begun
-    _finish(sweep, request)
+            _look_again(sweep, left)
+        sweep.seconds = time.perf_counter() - begun
+        _finish(sweep, request)
     return sweep
 
 
-def _ready(folder: Path, engine: Engine | None) -> None:
-    """Make the folder, and see that it can be written here and seen by all workers."""
+def _earlier(sweep: Sweep, again: bool) -> list[Case]:
+    """Take what earlier calls have solved; the cases that are left."""
+    keep = ENDS[:1] if again else ENDS
+    left = []
+    for case in sweep.plan.cases:
+        line = (
+            Line("refused", case.refused) if case.deck is None else read_line(sweep.folder / folder_of(case))
+        )
+        if case.deck is None or (line is not None and line.status in keep):
+            sweep.lines[case.name] = line or Line("waiting")
+            sweep.found += case.deck is not None
+        else:
+            left.append(case)
+    return left
+
+
+def _room(folder: Path, engine: Engine | None) -> Claim:
+    """Make the folder, see that it can be written here and seen by all workers; the right to write there."""
     new = not folder.exists()
     try:
-        (folder / "cases").mkdir(parents=True, exist_ok=True)
-        write_whole(folder / "sweep.json", json.dumps({"status": "running"}) + "\n")
+        folder.mkdir(parents=True, exist_ok=True)
+        with Claim(folder):
+            if engine is not None:
+                engine.refuse_blind(folder)
+            write_whole(folder / "sweep.json", json.dumps({"status": "running"}) + "\n")
     except OSError as error:
         raise InputError(
             f"given {folder} for --out: it cannot be written ({error.strerror}); give another folder"
         ) from None
-    if engine is not None and hasattr(engine, "refuse_blind"):
-        try:
-            engine.refuse_blind(folder)
-        except InputError:
-            if new:
-                (folder / "sweep.json").unlink()
-                (folder / "cases").rmdir()
+    except InputError:
+        if new:
+            with contextlib.suppress(OSError):
                 folder.rmdir()
-            raise
+        raise
+    return Claim(folder)
 
 
 def _run(sweep: Sweep, engine: Engine, left: Sequence[Case], again: bool, say: Callable[[str], None]) -> None:
@@ -175,6 +190,8 @@ def _line_of(ended: Ended) -> Line:
     from materials.errors import MaterialError
 
     error = ended.error
+    if isinstance(error, Unfinished):
+        return Line("interrupted", str(error))
     if error is None:
         return ended.value if isinstance(ended.value, Line) else Line("waiting")
     if isinstance(error, WorkerLost):

@@ -5,6 +5,9 @@ from __future__ import annotations
 import csv
 import json
 import os
+import shutil
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -13,6 +16,7 @@ import stand_ins
 
 from fem_spa.cli import main
 from fem_spa.errors import InputError
+from fem_spa.output.claim import Claim
 from fem_spa.sweep import job
 from fem_spa.sweep.job import Request, Sweep, run_sweep
 
@@ -141,6 +145,42 @@ def test_ctrl_c_ends_with_status_1_and_keeps_what_is_solved(
     monkeypatch.setattr(job, "solve", stand_ins.quick)
     assert main(words) == 0
     assert tried(out) == [1] * 5
+
+
+def test_one_sweep_a_folder(deck: Path, tmp_path: Path, quick: None) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    with Claim(out), pytest.raises(InputError, match="another run is writing there"):
+        sweep(deck, out, PRESSURES)
+    assert sweep(deck, out, PRESSURES).count("done") == 3
+    assert not (out / ".lock").exists()
+
+
+@pytest.mark.slow
+def test_an_interrupted_case_goes_on_from_its_checkpoint(deck: Path, tmp_path: Path) -> None:
+    """The sweep is killed, workers and all; the curves are then those of a sweep that nothing disturbed."""
+    words = [sys.executable, "-m", "fem_spa.cli", "sweep", str(deck), "--set", "solver.imposed_steps=40"]
+    words += ["--vary", "loads.pressure=3kPa,4kPa", "--out"]
+    whole, out = tmp_path / "whole", tmp_path / "out"
+    subprocess.run([*words, str(whole)], check=True, capture_output=True)
+    shutil.copytree(whole / "meshes", out / "meshes")
+    killed = subprocess.Popen([*words, str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    curves = [path.relative_to(whole) for path in whole.glob("cases/*/curve.csv")]
+    until = time.monotonic() + 120
+    while sum(lines(out / curve) > 5 for curve in curves) < 2 and killed.poll() is None:
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    killed.kill()
+    killed.wait()
+    time.sleep(0.5)
+    assert killed.returncode == -9
+    subprocess.run([*words, str(out)], check=True, capture_output=True)
+    for curve in curves:
+        assert (out / curve).read_bytes() == (whole / curve).read_bytes()
+
+
+def lines(path: Path) -> int:
+    return path.read_text(encoding="utf-8").count("\n") if path.is_file() else 0
 
 
 def children() -> list[str]:
