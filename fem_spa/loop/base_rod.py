@@ -74,6 +74,7 @@ class _Rod:
         self.model, self.columns, self.low, self.high = model, columns, low, high
         self.tables: dict[tuple[Any, ...], Table] = {}
         self.lags: np.ndarray | None = None
+        self.last: tuple[Data, str, np.ndarray] | None = None
         self.solved: list[tuple[Data, Any, np.ndarray]] = []
         self.answers: list[tuple[Data, np.ndarray, bytes, np.ndarray]] = []
 
@@ -99,11 +100,21 @@ class _Rod:
             found = self._motion(data, stiffer, more, size)
             if pressure is not data.pressure:
                 lags = usual * np.array([size, size, 1.0, size])
-                for sign, p in ((1.0, pressure), (-1.0, data.pressure)):
-                    late = self._filtered(data, self._through_valve(data, p), lags)
-                    found = found + sign * self._still(data, late, stiffer, more)
+                late = self._filtered(data, self._through_valve(data, pressure), lags)
+                found = found + self._still(data, late, stiffer, more)
+                found -= self._commanded(data, lags, stiffer, more)
         self.answers = [*self.answers[-3:], (data, pressure, key, found)]
         return found
+
+    def _commanded(
+        self, data: Data, lags: np.ndarray, stiffer: float, more: Mapping[str, np.ndarray]
+    ) -> np.ndarray:
+        """(n, d) equilibria of the commanded pressures behind valve and lags; the last one is remembered."""
+        key = repr([lags.tobytes(), stiffer, *((n, w.tobytes()) for n, w in more.items())])
+        if self.last is None or self.last[0] is not data or self.last[1] != key:
+            late = self._filtered(data, self._through_valve(data, data.pressure), lags)
+            self.last = (data, key, self._still(data, late, stiffer, more))
+        return self.last[2]
 
     def exact(self, data: Data, pressure: np.ndarray, values: np.ndarray, switches: Switches) -> np.ndarray:
         """(n, d) by the rod's own motion, all changes in it."""

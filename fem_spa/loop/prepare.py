@@ -20,7 +20,7 @@ from fem_spa.loop.split import Split
 from fem_spa.reduced.model import ReducedModel
 
 ROWS = 12_000
-"""Rows of all records together that the search works on."""
+"""Rows of all records together that the search works on; half of them where there are several outputs."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def prepare(source: Source, parted: Split, rows: int = ROWS) -> Case:
         where records and model do not fit: outputs, number of pressures
     """
     names = outputs_of(source.model, parted.records)
-    data = build(parted.records, parted.train, names, rows)
+    data = build(parted.records, parted.train, names, rows if len(names) == 1 else rows // 2)
     full = build(parted.records, parted.train, names, 10**9)
     return Case(parted, data, full, before(base_for(source, names, data), data))
 

@@ -17,9 +17,15 @@ Settled = Callable[[np.ndarray, float], np.ndarray]
 
 @dataclass(frozen=True)
 class Table:
-    """Response over pressures (cubic splines) and the logarithm of a stiffness factor (quadratic)."""
+    """Response over pressures (cubic splines) and the logarithm of a stiffness factor (quadratic).
 
-    tables: tuple[RegularGridInterpolator, ...]
+    Attributes
+    ----------
+    table : pressures (n, m) -> (n, states, d), states being softer, as it is, stiffer; or one state
+    low, high : (m,) Pa, its edges
+    """
+
+    table: RegularGridInterpolator
     low: np.ndarray
     high: np.ndarray
 
@@ -28,18 +34,14 @@ class Table:
         inside = np.clip(pressure, self.low, self.high)
         beyond = pressure - inside
         far = np.nonzero(beyond.any(axis=1))[0]
-        values = []
-        for table in self.tables:
-            found = table(inside)
-            for j in range(len(self.low) if len(far) else 0):
-                slope = table(inside[far], nu=[int(i == j) for i in range(len(self.low))])
-                found[far] += slope * beyond[far, j, None]
-            values.append(found)
-        if len(values) == 1:
-            return np.asarray(values[0])
-        soft, middle, stiff = values
+        found = self.table(inside)
+        for j in range(len(self.low) if len(far) else 0):
+            slope = self.table(inside[far], nu=[int(i == j) for i in range(len(self.low))])
+            found[far] += slope * beyond[far, j, None, None]
+        if found.shape[1] == 1:
+            return np.asarray(found[:, 0])
         x = stiffer / STIFFER
-        return np.asarray(middle + 0.5 * x * (stiff - soft) + 0.5 * x * x * (stiff - 2.0 * middle + soft))
+        return np.asarray(found.transpose(0, 2, 1) @ [0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)])
 
 
 def tabulate(settled: Settled, low: np.ndarray, high: np.ndarray, stiffness: bool) -> Table:
@@ -49,11 +51,11 @@ def tabulate(settled: Settled, low: np.ndarray, high: np.ndarray, stiffness: boo
     axes = [np.linspace(a, b, POINTS.get(m, 6)) for a, b in zip(low, high, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, m)
     shape = tuple(len(axis) for axis in axes)
-    tables = []
-    for stiffer in (-STIFFER, 0.0, STIFFER) if stiffness else (0.0,):
-        values = settled(points, stiffer).reshape(*shape, -1)
-        tables.append(RegularGridInterpolator(axes, values, method="cubic"))
-    return Table(tuple(tables), low, high)
+    states = (-STIFFER, 0.0, STIFFER) if stiffness else (0.0,)
+    values = np.stack([settled(points, stiffer) for stiffer in states], axis=1)
+    return Table(
+        RegularGridInterpolator(axes, values.reshape(*shape, *values.shape[1:]), method="cubic"), low, high
+    )
 
 
 def reach(p_low: np.ndarray, p_high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
