@@ -3,8 +3,8 @@
 Each iteration is one FE run along the records' pressures; its derivatives to every number (but the lengths of
 a drawing) come with it. Numbers are fitted in their logarithm, a step changes none by more than 1.65 times,
 bounds are those of bounds.py; a step that does not lower the error, or whose run fails, is halved. A length
-of a built-in shape takes one more run (5 % longer, drawn and meshed anew) for its derivative, kept from then
-on; the mesh's own change is part of that difference.
+of a built-in shape takes one more run (5 % longer, drawn and meshed anew, beside the first run) for its
+derivative, kept from then on; the mesh's own change is part of that difference.
 
 A number that the fit drives to its bound is not accepted: see reduced.py.
 """
@@ -13,18 +13,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fem_spa.calibration.bounds import bounds_of, missing_effect
 from fem_spa.calibration.deck_numbers import OFFSET, Numbers, numbers
-from fem_spa.calibration.fe_response import Design, Response, RunFailed, design, respond
+from fem_spa.calibration.fe_response import Design, Response, RunFailed, design
 from fem_spa.calibration.least_squares import Spread, spread, systematic
 from fem_spa.calibration.observation import Run
 from fem_spa.calibration.outcome import Fitted, Outcome, beyond, range_of, rmse, source_of, span_of
 from fem_spa.calibration.reduced import measured
+from fem_spa.calibration.trial import Trial, try_values
+from fem_spa.calibration.trial import response as response_at
 from fem_spa.deck import Deck
+from fem_spa.engine import open_engine
 from fem_spa.errors import InputError
 from fem_spa.solid.observe import Observer
 
@@ -36,7 +39,10 @@ _ENOUGH = 1e-3  # relative change of the error, and of every logarithm, at which
 
 @dataclass
 class _Work:
-    """State of a fit: the deck's numbers, the data, and what the runs have cost."""
+    """State of a fit: the deck's numbers, the data, and what the runs have cost.
+
+    lengths : name -> of each training run (n, outputs), derivative to the logarithm of a drawing's length
+    """
 
     found: Numbers
     train: Sequence[Run]
@@ -46,9 +52,8 @@ class _Work:
     observers: Sequence[Observer]
     say: Callable[[str], None]
     runs: int = 0
-    first: Response | None = None
     reached: tuple[dict[str, float], Response] | None = None
-    lengths: dict[str, list[np.ndarray]] | None = None
+    lengths: dict[str, list[np.ndarray]] = field(default_factory=dict)
 
 
 def calibrate_deck(
@@ -92,14 +97,13 @@ def calibrate_deck(
 
     listen()
     try:
-        first = _run(work, values)
+        first = _first(work, values)
     except RunFailed as stop:
         raise InputError(f"the deck does not reach the pressures of the records: {stop}") from None
     flip = _turned(first, train, outputs)
     if flip:
         train, held = [_flipped(r) for r in train], [_flipped(r) for r in held]
         work.train = train
-    work.first = first
     free = list(vary)
     refused: dict[str, float] = {}
     told: Spread | None = None
@@ -158,13 +162,36 @@ def _flipped(run: Run) -> Run:
 
 
 def _run(work: _Work, values: dict[str, float]) -> Response:
-    """One FE run at these values, derivatives to d(log) of each number but lengths and offset."""
+    """One FE run at these values."""
     work.runs += 1
-    problem = work.found.problem(values)
-    knobs = work.found.knobs(problem)
-    response = respond(problem, work.found.setup.steps, work.chosen, work.outputs, knobs, work.observers)
-    scale = np.array([work.found.per_log(k.name, values[k.name]) for k in knobs])
-    return replace(response, by_knob=response.by_knob * scale.reshape(-1, 1, 1))
+    return response_at(work.found, values, work.chosen, work.outputs, work.observers)
+
+
+def _first(work: _Work, values: dict[str, float]) -> Response:
+    """The run at the deck's own values, and beside it those with a length of the drawing changed, which need
+    not wait for it: each in a process of its own, as many at a time as there are cores."""
+    if not work.found.lengths:
+        return _run(work, values)
+    longer = {name: {**values, name: values[name] * (1 + _LENGTH_STEP)} for name in work.found.lengths}
+    tasks = [
+        Trial(work.found.deck, work.found.names, v, work.chosen, work.outputs)
+        for v in (values, *longer.values())
+    ]
+    work.say(f"{len(tasks)} FE runs: the deck's, and one for each length, {100 * _LENGTH_STEP:.0f} % longer")
+    found: dict[int, Response] = {}
+    with open_engine(most=len(tasks)) as engine:
+        for ended in engine.run(try_values, tasks):
+            if ended.error is not None:
+                raise ended.error
+            work.runs += 1
+            found[ended.number] = ended.value
+            work.say(f"FE run {work.runs} of {len(tasks)}")
+    change = math.log1p(_LENGTH_STEP)
+    work.lengths = {
+        name: [(found[k].at(run)[0] - found[0].at(run)[0]) / change for run in work.train]
+        for k, name in enumerate(longer, 1)
+    }
+    return found[0]
 
 
 def _residual(
@@ -184,26 +211,12 @@ def _residual(
                 if name == OFFSET:
                     columns.append(np.ones(good.sum()))
                 elif name in work.found.lengths:
-                    columns.append(_length_column(work, name)[r][good, j] * weight)
+                    columns.append(work.lengths[name][r][good, j] * weight)
                 else:
                     columns.append(slopes[names.index(name)][good, j] * weight)
             jacobians.append(np.column_stack(columns))
             parts.append(int(good.sum()))
     return np.concatenate(residuals), np.concatenate(jacobians), parts
-
-
-def _length_column(work: _Work, name: str) -> list[np.ndarray]:
-    """Of each training run (n, outputs): derivative to the logarithm of a drawing's length, from two runs."""
-    if work.lengths is None:
-        work.lengths = {}
-    if name not in work.lengths:
-        start = dict(work.found.start)
-        work.say(f"FE run with {name} {100 * _LENGTH_STEP:.0f} % longer")
-        here, there = work.first, _run(work, {**start, name: start[name] * (1 + _LENGTH_STEP)})
-        assert here is not None
-        change = math.log1p(_LENGTH_STEP)
-        work.lengths[name] = [(there.at(run)[0] - here.at(run)[0]) / change for run in work.train]
-    return work.lengths[name]
 
 
 def _descend(
