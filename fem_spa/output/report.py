@@ -174,7 +174,8 @@ def _what_was_run(problem: Problem, record: Mapping[str, Any]) -> str:
     if problem.symmetry:
         planes = ", ".join(f"{surface} (normal {axis})" for surface, axis in problem.symmetry.items())
         pairs.append(("symmetry", _text(f"{planes}; forces and volumes are those of the whole")))
-    pairs.append(("driven by", _text(f"{loads.control}, {len(loads.points)} load points")))
+    points = "1 load point" if len(loads.points) == 1 else f"{len(loads.points)} load points"
+    pairs.append(("driven by", _text(f"{loads.control}, {points}")))
     if any(loads.gravity):
         pairs.append(("gravity", _text(", ".join(number(g) for g in loads.gravity) + " m/s²")))
     if any(loads.tip_force):

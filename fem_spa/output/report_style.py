@@ -22,7 +22,7 @@ section { background: #fff; border-radius: 6px; padding: 16px 22px; margin-top: 
 .warnings ul { margin: 0; padding-left: 20px; }
 .pictures { display: flex; flex-wrap: wrap; gap: 10px; align-items: center; padding: 12px; }
 figure { flex: 1 1 460px; margin: 0; text-align: center; }
-figure img { max-width: 100%; max-height: 470px; }
+figure img { max-width: 100%; max-height: 520px; }
 figcaption { color: var(--soft); font-size: 13px; }
 table { border-collapse: collapse; font-size: 14px; }
 th, td { text-align: left; vertical-align: top; padding: 4px 14px 4px 0; }

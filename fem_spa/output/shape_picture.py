@@ -21,6 +21,8 @@ GHOST = np.array([0.88, 0.89, 0.91])
 RIGID = np.array([0.66, 0.74, 0.83])
 MAP = "YlOrRd"
 PIXELS = 1200
+READABLE = 14.0
+"""Points: pages show the picture at less than half its size."""
 
 
 class ShapePicture:
@@ -79,7 +81,7 @@ class ShapePicture:
         left, right, bottom, top = (1e3 * value for value in self.box)
         ratio = (top - bottom) / (right - left)
         width = 8.6 if ratio < 0.9 else max(5.6, 7.7 / ratio)
-        drawing = figure(width, min(width * 0.94 * ratio + 1.5, 9.2))
+        drawing = figure(width, min(width * 0.94 * ratio + 1.9, 9.6))
         axes = drawing.add_subplot()
         self._paint(axes, (left, right, bottom, top))
         axes.set_xlim(left, right)
@@ -87,7 +89,7 @@ class ShapePicture:
         axes.set_aspect("equal")
         axes.set_axis_off()
         _scale_bar(axes, right - left)
-        axes.set_title(title or _title(self.row), fontweight="bold", fontsize=13, color=INK)
+        axes.set_title(title or _title(self.row), fontweight="bold", fontsize=16, color=INK)
         if self.coloured:
             self._colour_bar(drawing, axes)
         buffer = io.BytesIO()
@@ -109,14 +111,17 @@ class ShapePicture:
             ScalarMappable(self.scale, MAP),
             ax=axes,
             orientation="horizontal",
-            shrink=0.55,
+            shrink=0.7,
             aspect=36,
             pad=0.03,
             extend="max",
         )
         bar.set_label(
-            f"largest principal stretch (at most {number(self.highest, 3)} on the outside);  grey: at rest"
+            f"largest principal stretch (at most {number(self.highest, 3)} on the outside);  grey: at rest",
+            fontsize=READABLE,
         )
+        bar.ax.tick_params(labelsize=READABLE)
+        bar.ax.locator_params(axis="x", nbins=6)
         bar.outline.set_visible(False)
 
 
@@ -177,6 +182,7 @@ def _scale_bar(axes: Any, width: float) -> None:
         ha="center",
         va="bottom",
         color=INK,
+        fontsize=READABLE,
         zorder=5,
     )
 

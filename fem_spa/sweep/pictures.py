@@ -74,7 +74,7 @@ def _colour(axis: Axis, index: int, drawing: Any, axes: Any) -> Callable[[Case],
         hues = [colormaps[COLOURS](0.92 * k / last) for k in range(last + 1)]
     for value, hue in zip(axis.values, hues, strict=False):
         axes.plot([], [], color=hue, label=_short(value.text), linewidth=2.5)
-    axes.legend(frameon=False, fontsize=9, title=axis.title, title_fontsize=9)
+    axes.legend(edgecolor="none", framealpha=0.85, fontsize=9, title=axis.title, title_fontsize=9)
     return lambda case: hues[axis.values.index(case.values[index])]
 
 
