@@ -82,6 +82,7 @@ def prepare(deck: Deck) -> Setup:
         solver.tolerance,
         solver.max_iterations,
         stop_at_touch=solver.stop_at_touch,
+        contact_distance=solver.contact_distance,
         factors=solver.factors,
     )
     bare = [name for name in mesh.layers if name not in deck.layers]

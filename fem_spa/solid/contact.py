@@ -13,6 +13,10 @@ Who meets whom is found from the shape: outside with outside, a cavity with itse
 another. Points that are nearer to an opposite face at rest than `distance` keep a distance of their own, half
 their clearance, so that nothing acts at rest. A point counts as inside a face only as deep as both have moved
 against one another since the last accepted state, so that no far side is taken for a near one.
+
+Where a point lies equally near to two faces, the force that holds it off lies between their normals, and
+Newton's method goes to and fro between them with an error that stays. It then lets every point keep the face
+it has (`hold`): the state found has the force of one of the two.
 """
 
 from __future__ import annotations
@@ -101,6 +105,7 @@ class Contact:
         self.shape = np.array([_shape(s, t) for s, t in rule.T])
         rest = space.points
         self.weight = _areas(self.faces, rest, rule.T) * weights
+        self.hold = False
         self.accept(rest)
         self._rest_distance(rest)
         self._built: np.ndarray | None = None
@@ -167,6 +172,9 @@ class Contact:
             gap=np.full(n, np.inf),
             normal=np.zeros((n, 3)),
         )
+        begin, others = self._begin, self._others
+        if self.hold and self._last is not None:
+            begin, others = _only(self._last.face, begin, others)
         flat = np.empty((len(self.faces), 3))
         corner = np.zeros((self.n_nodes, 3))
         kernel.flat_normals(self.faces, position, flat)
@@ -180,8 +188,8 @@ class Contact:
             flat,
             corner,
             self._points,
-            self._begin,
-            self._others,
+            begin,
+            others,
             REACH * self.size,
             reach,
             found.face,
@@ -365,6 +373,16 @@ class _Nearest:
     place: np.ndarray
     gap: np.ndarray
     normal: np.ndarray
+
+
+def _only(face: np.ndarray, begin: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Neighbours of each point, in `nearest`'s form: where there is a face (n,) already, that one alone."""
+    held = face >= 0
+    count = np.where(held, 1, np.diff(begin))
+    start = np.append(0, np.cumsum(count))
+    out = others[np.repeat(begin[:-1] - start[:-1], count) + np.arange(start[-1])]
+    out[start[:-1][held]] = face[held]
+    return start, out
 
 
 def _sides(space: Space, faces: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ by dV/dx and solved by block elimination, so that limit points of the pressure a
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -210,6 +210,7 @@ def solve_equilibrium(
     last: np.ndarray | None = None
 
     def failed(why: str) -> Equilibrium:
+        system.hold_faces(False)
         # what was learnt on the way is of no use elsewhere
         factors.updates.clear()
         factors.distrust = max(factors.distrust, 1)
@@ -269,8 +270,17 @@ def solve_equilibrium(
             last = None
             system.settle_layers(x)
         renew = renew_always or cuts > 0 or whole < 1.0
+        if _to_and_fro(history):
+            system.hold_faces(True)
+    system.hold_faces(False)
     system.settle_layers(x)
     return Equilibrium(x, pressure, e, iterations, True, cost=spent, history=history)
+
+
+def _to_and_fro(history: Sequence[float]) -> bool:
+    """Has a small error hardly changed over two iterations?"""
+    last = history[-3:]
+    return len(last) == 3 and max(last) < _NEAR and min(last) > 0.5 * max(last)
 
 
 def _worth_renewing(contraction: float, error: float, tolerance: float) -> bool:

@@ -300,6 +300,11 @@ class System:
             du = self.displacement(increment)
             self._layer_stress = [m.linear_stress(u, du) for m in self._membranes]
 
+    def hold_faces(self, hold: bool) -> None:
+        """Whether points in contact keep the face they have, see contact.py."""
+        if self.contact is not None:
+            self.contact.hold = hold
+
     def max_stretch(self) -> tuple[float, int]:
         """Largest principal stretch at a quadrature point of the state last evaluated, and its element."""
         stretch = stretches(self._J, self._I1, self._I2)

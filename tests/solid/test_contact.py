@@ -81,6 +81,34 @@ def test_forces_are_equal_and_opposite(blocks):
     assert np.abs(np.cross(x, force).sum(axis=0)).max() < 1e-10 * size * 10 * MM
 
 
+def test_held_points_keep_their_faces(blocks):
+    # Newton's way out of going to and fro: a face that changes all the same, or forces that no longer balance
+    space = build_space(blocks)
+    contact = Contact(space, {}, (), True, 0.08 * MM, 1e4, 2 * MM)
+    upper = space.points[:, 2] > 5.01 * MM
+    x = space.points.copy()
+    x[upper, 2] -= 0.04 * MM
+    contact.evaluate(x)
+    before = contact._last.face.copy()
+    x[upper, 0] += 0.06 * MM  # points near an edge of the face that they touch slide over it
+    contact.hold = True
+    held = contact.evaluate(x)
+    touching = before >= 0
+    assert touching.any() and np.all(contact._last.face[touching] == before[touching])
+    assert np.abs(held.force.sum(axis=0)).max() < 1e-12 * np.abs(held.force).sum()
+    contact.hold = False
+    contact.evaluate(x)
+    assert np.any(contact._last.face[touching] != before[touching])
+
+
+def test_newton_notices_that_it_goes_to_and_fro():
+    from fem_spa.solid.newton import _to_and_fro
+
+    assert _to_and_fro([1e-1, 1.0e-5, 0.9e-5, 1.1e-5])
+    assert not _to_and_fro([1e-5, 6e-6, 3e-6])  # falls
+    assert not _to_and_fro([0.9, 0.8, 0.9]) and not _to_and_fro([1e-5, 1e-5])
+
+
 def test_closest_point_of_a_curved_face():
     # a search that stops at the flat triangle, or loses an edge or a corner
     random = np.random.default_rng(1)
