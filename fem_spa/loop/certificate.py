@@ -61,11 +61,14 @@ def certificate(atoms: Atoms, whiten: Whitener, threshold: float, names: Sequenc
 
 def _distance(small: np.ndarray, columns: np.ndarray, others: Sequence[np.ndarray]) -> float:
     values = []
+    alone = np.array([g[0] for g in others if len(g) == 1], int)
+    several = [g for g in others if len(g) > 1]
     for c in columns[:: max(len(columns) // 6, 1)]:
         whole = max(float(small[c, c]), 1e-300)
-        best = 0.0
-        for other in others:
-            table = small.copy()[np.ix_([*other, c], [*other, c])]
-            best = max(best, solve(table, np.arange(len(other)))[1])
+        size = np.maximum(small[alone, alone], 1e-300)
+        best = float(np.max(np.maximum(small[alone, c], 0.0) ** 2 / size, initial=0.0))
+        for other in several:
+            places = np.append(other, c)
+            best = max(best, solve(small[np.ix_(places, places)], np.arange(len(other)))[1])
         values.append(np.sqrt(max(1.0 - best / whole, 0.0)))
     return float(np.median(values))

@@ -16,17 +16,25 @@ from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.folds import by_records
+from fem_spa.loop.form import Freedom, contributions, formed, freedom
 from fem_spa.loop.learner import Learned, learn
-from fem_spa.loop.noise import Noise, Whitener, fit_noise
+from fem_spa.loop.mcs import confidence_set
+from fem_spa.loop.noise import Noise, Whitener, between, fit_noise, repeating
+from fem_spa.loop.placebo import as_good_elsewhere
 from fem_spa.loop.screen import base_columns
-from fem_spa.loop.search import FoldErrors, Found, Trial, fold_errors
+from fem_spa.loop.search import FoldErrors, Found, Trial, fold_errors, several_records
 
 TOLERANCE = 0.05
 """Sets within this share of the best's explained error stay rivals: the true law is never the library's."""
 LEAST_SHARE = 0.62
 """A set that explains less of what is predictable explains only part."""
-STEP_SHARE = 0.045
-"""What one more effect must explain, of everything that is predictable."""
+LEAST_BETWEEN = 12.0
+"""By how much one more effect must lessen the squares of what differs between records, in whitened units."""
+STEP_FORM = 0.15
+"""Size of an effect's contribution, as a share of the largest one's, below which it is no more than another
+form of that one's law."""
+MOST_FORMED = 6
+"""Sets of a size that are looked at with their laws free."""
 STEP_REST = 0.45
 """What one more effect must take of what was left before it."""
 
@@ -42,6 +50,8 @@ LEAST_OF_BOTH = 0.5
 """What the whitened and the plain share must each reach."""
 CARRIED_OVER = 0.5
 """Share of the fitted gain that must be there on records left out."""
+MCS_LEVEL = 0.1
+"""Of the model confidence set."""
 LARGEST_NOISE = 0.025
 """Share of the span above which a remainder is not taken for noise, whatever its colour."""
 
@@ -101,7 +111,7 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     level = chain.gain * (plain - chain.rest)
     lead = min(found.trials.values(), key=lambda t: t.cost + 12.0 * len(t.names))
     learned, noise = _reference(chain, data, lead, level, runs)
-    whiten = Whitener(data, noise, level, runs)
+    whiten = Whitener(data, repeating(noise, level), level, runs)
     errors = {names: fold_errors(trial, data, whiten) for names, trial in found.trials.items()}
     plain_share = _plain_shares(found, data, noise, level, runs)
     sizes = {names: _size(e) for names, e in errors.items()}
@@ -113,9 +123,9 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
         _scored(trial, (sizes[()] - sizes[names]) / span, plain_share[names], errors[names])
         for names, trial in found.trials.items()
     ]
-    scored.sort(key=lambda s: -_rank(s))
+    scored.sort(key=lambda s: -_rank(s, data))
     detected = max(found.score, found.drop) > 1.15 * found.limit + 2.0
-    best = _choose(scored, found, level, data)
+    best = _choose(scored, found, level, data, whiten)
     known = _learnable(chain, data, found, level, runs)
     left = 1.0 - best.share
     large = _relative(found.base, level, data) > LARGEST_NOISE
@@ -129,10 +139,10 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     if best.share < LEAST_SHARE or best.least < LEAST_OF_BOTH or not best.trial.names:
         words = (f"the best set explains {100 * max(best.share, 0):.0f} % of what is predictable",)
         return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, words)
-    reasons = gates(best, base, data, seed)
+    reasons = gates(best, base, data, whiten)
     if reasons:
         return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, reasons)
-    rivals = {name: _rivals(name, best, scored, data) for name in best.trial.names}
+    rivals = {name: _rivals(name, best, scored, data, seed) for name in best.trial.names}
     odd = any(r not in EFFECTS[name].classmates for name, rs in rivals.items() for r in rs)
     verdict = "ambiguous" if odd or provisional else "attributed"
     return Decision(
@@ -200,14 +210,22 @@ def _size(errors: FoldErrors) -> float:
     return float(errors.fitted.sum()) + 2.5 * errors.parameters
 
 
-def _rank(scored: Scored) -> float:
+def _rank(scored: Scored, data: Data) -> float:
     """Share, less a little for each parameter, so that of equals the simpler one is named."""
     names = scored.trial.names
     return (
         scored.share
         - 0.002 * sum(len(EFFECTS[n].parameters) for n in names)
         - 1e-4 * sum(_late(n) for n in names)
+        - sum(_untried(n, data) for n in names)
     )
+
+
+def _untried(name: str, data: Data) -> float:
+    """A weight whose inclination was never changed is a static change of shape, and is named after those."""
+    turned = len(np.unique(np.round(data.orientation[data.train], 2))) > 1
+    weighed = len(np.unique(data.payload[data.train])) > 1
+    return 0.03 if EFFECTS[name].family == "load" and not (turned or weighed) else 0.0
 
 
 def _late(name: str) -> int:
@@ -218,14 +236,17 @@ def _late(name: str) -> int:
 def _reference(
     chain: Chain, data: Data, lead: Trial, level: np.ndarray, runs: tuple[int, ...]
 ) -> tuple[Learned, Noise]:
-    """The learner on what the lead leaves, and the noise once that is taken off too."""
+    """The learner on what the lead leaves, and the noise once the lead's own form and that are taken off."""
     own = lead.fit.chain
+    noise = lead.noise
+    if lead.names:
+        free = formed(freedom(own, data), Whitener(data, noise, level, runs)).residual
+        noise, _ = fit_noise(data, free, level, runs, noise)
     nuisance = base_columns(own, data, own.response(data, own.thetas, own.base.values))
-    whiten = Whitener(data, lead.noise, level, runs)
-    learned = learn(chain.context(data), lead.fit.residual, whiten, nuisance)
+    learned = learn(chain.context(data), lead.fit.residual, Whitener(data, noise, level, runs), nuisance)
     if learned.gain <= 0.02:
-        return learned, lead.noise
-    noise, _ = fit_noise(data, lead.fit.residual - learned.prediction, level, runs, lead.noise)
+        return learned, noise
+    noise, _ = fit_noise(data, lead.fit.residual - learned.prediction, level, runs, noise)
     again = learn(chain.context(data), lead.fit.residual, Whitener(data, noise, level, runs), nuisance)
     return again, noise
 
@@ -243,8 +264,15 @@ def _learnable(chain: Chain, data: Data, found: Found, level: np.ndarray, runs: 
     return learned.gain if better > 0.7 else min(learned.gain, 0.0)
 
 
-def _choose(scored: Sequence[Scored], found: Found, level: np.ndarray, data: Data) -> Scored:
-    """The smallest set that no larger one beats by enough."""
+def _choose(
+    scored: Sequence[Scored], found: Found, level: np.ndarray, data: Data, whiten: Whitener
+) -> Scored:
+    """The smallest set that no larger one beats by enough, its laws free to take another form."""
+    free: dict[tuple[str, ...], Freedom] = {}
+    metrics = [_Metric(whiten, free, {})]
+    if several_records(data):
+        slow = between(whiten.noise, level, data)
+        metrics.append(_Metric(Whitener(data, slow, level, whiten.runs), free, {}))
     best = next(s for s in scored if not s.trial.names)
     for size in (1, 2, 3):
         options = [s for s in scored if len(s.trial.names) == size]
@@ -253,19 +281,68 @@ def _choose(scored: Sequence[Scored], found: Found, level: np.ndarray, data: Dat
         )
         if not options:
             break
-        top = max(options, key=_rank)
-        gain = top.share - best.share
         if size == 1:
-            best = top if gain > 0.0 else best
+            top = max(options, key=lambda s: _rank(s, data))
+            best = top if top.share - best.share > 0.0 else best
             continue
-        if gain < STEP_SHARE or gain < STEP_REST * max(1.0 - best.share, 1e-9):
+        wider = [s for s in options if set(best.trial.names) < set(s.trial.names)]
+        rounds = [(sorted(options, key=lambda s: -_rank(s, data))[:MOST_FORMED], found.limit + 10.0)]
+        rounds.append((wider, LEAST_BETWEEN))
+        for metric, (sets, least) in zip(metrics, rounds, strict=False):
+            wide = metric.better(best, sets, least) if sets else None
+            if wide is not None and _needed(best, wide, scored, found, level, data):
+                best = wide
+                break
+        else:
             break
-        if best.trial.cost - top.trial.cost < found.limit + 10.0 or not _each_needed(top, scored):
-            break
-        if best.trial.names and _visible(best.trial, top.trial, level, data) < STEP_VISIBLE:
-            break
-        best = top
     return best
+
+
+@dataclass(frozen=True)
+class _Metric:
+    """What sets leave with their laws free, under one noise.
+
+    Attributes
+    ----------
+    free : names -> what may give way, shared by the metrics
+    left : names -> sum of whitened squares, filled as sets are asked for
+    """
+
+    whiten: Whitener
+    free: dict[tuple[str, ...], Freedom]
+    left: dict[tuple[str, ...], float]
+
+    def of(self, scored: Scored) -> float:
+        """Squares that a set leaves."""
+        names = scored.trial.names
+        if names not in self.left:
+            if names not in self.free:
+                self.free[names] = freedom(scored.trial.fit.chain, self.whiten.data)
+            self.left[names] = formed(self.free[names], self.whiten).left
+        return self.left[names]
+
+    def better(self, best: Scored, options: Sequence[Scored], least: float) -> Scored | None:
+        """The option that takes enough of what `best` leaves, None where there is none."""
+        start, floor = self.of(best), min(self.of(s) for s in options)
+        whole = max(start - floor, 1e-9)
+        top = max(options, key=lambda s: _rank(s, self.whiten.data) + (start - self.of(s)) / whole)
+        gain = start - self.of(top)
+        return top if gain >= least and gain >= STEP_REST * (start - floor) else None
+
+
+def _needed(
+    best: Scored, top: Scored, scored: Sequence[Scored], found: Found, level: np.ndarray, data: Data
+) -> bool:
+    """Whether a larger set is likelier by enough, changes the prediction by enough, and each effect
+    matters."""
+    if best.trial.cost - top.trial.cost < found.limit + 10.0 or not _each_needed(top, scored):
+        return False
+    if not best.trial.names:
+        return True
+    rows = data.train & data.known
+    extent = float(np.max(np.ptp(level[rows], axis=0))) or 1.0
+    parts = contributions(top.trial.fit.chain, data)
+    return float(parts.min()) >= max(STEP_VISIBLE * extent, STEP_FORM * float(parts.max()))
 
 
 def _one_class(names: Sequence[str]) -> bool:
@@ -274,40 +351,40 @@ def _one_class(names: Sequence[str]) -> bool:
 
 
 def _each_needed(top: Scored, scored: Sequence[Scored]) -> bool:
-    """Whether the set loses enough when any one of its effects is taken away."""
+    """Whether the set loses enough when any of its effects is taken away."""
     for name in top.trial.names:
         kept = tuple(n for n in top.trial.names if n != name)
-        without = [s.share for s in scored if set(s.trial.names) == set(kept)]
-        if without and top.share - max(without) < STEP_SHARE:
+        without = [s for s in scored if set(s.trial.names) == set(kept)]
+        if any(s.trial.cost - top.trial.cost < 20.0 for s in without):
             return False
     return True
 
 
-def _rivals(name: str, best: Scored, scored: Sequence[Scored], data: Data) -> list[str]:
-    """Effects that do as well in the place of `name`, within the tolerance for form."""
+def _rivals(name: str, best: Scored, scored: Sequence[Scored], data: Data, seed: int) -> list[str]:
+    """Effects that do as well in the place of `name`: within the tolerance for form, or not told apart from
+    it on records left out (model confidence set) while they explain nearly as much."""
     others = set(best.trial.names) - {name}
-    found: dict[str, float] = {}
+    options: list[tuple[str, Scored]] = []
     for s in scored:
         extra = set(s.trial.names) - others
         if len(s.trial.names) == len(best.trial.names) and others <= set(s.trial.names) and len(extra) == 1:
             rival = extra.pop()
-            if rival != name and s.share >= best.share - _tolerance(best, s):
-                found[rival] = max(found.get(rival, -1.0), s.share)
+            if rival != name and s.share >= best.share - TOLERANCE:
+                options.append((rival, s))
+    losses = np.stack([best.errors.blocks, *(s.errors.blocks for _, s in options)])
+    kept, _ = confidence_set(np.log(losses + 1e-12 * losses.max() + 1e-300), MCS_LEVEL, seed)
+    found: dict[str, float] = {}
+    for place, (rival, s) in enumerate(options, 1):
+        form = min(TOLERANCE, 0.01 + 2.0 * max(1.0 - best.share, 0.0))
+        if s.share >= best.share - form or place in kept:
+            found[rival] = max(found.get(rival, -1.0), s.share)
     if name == "temperature" and data.temperature is None:
         for mate in EFFECTS[name].classmates:
             found.setdefault(mate, 0.0)
     return sorted(found, key=lambda r: -found[r])
 
 
-def _tolerance(best: Scored, rival: Scored) -> float:
-    """How much less a rival may explain: more where the best leaves more, and what chance alone can do."""
-    form = min(TOLERANCE, 0.01 + 2.0 * max(1.0 - best.share, 0.0))
-    if _size(rival.errors) - _size(best.errors) < 12.0:
-        return max(form, 2.0 * TOLERANCE)
-    return form
-
-
-def gates(best: Scored, base: FoldErrors, data: Data, seed: int) -> tuple[str, ...]:
+def gates(best: Scored, base: FoldErrors, data: Data, whiten: Whitener) -> tuple[str, ...]:
     """What the set must pass besides its share; the reasons where it does not."""
     failed = []
     # a record that alone shows an effect cannot be predicted from the others, and is no judge of it
@@ -322,4 +399,9 @@ def gates(best: Scored, base: FoldErrors, data: Data, seed: int) -> tuple[str, .
         amplitudes = effect.amplitudes
         if not (theta[amplitudes] > 1e-6).any():
             failed.append(f"{effect.name} is fitted as nothing")
+    if not failed:
+        failed = [
+            f"{name} does as well with the history of other records or moments"
+            for name in as_good_elsewhere(chain, data, whiten)
+        ]
     return tuple(failed)

@@ -42,6 +42,7 @@ from fem_spa.loop.report_json import (
 )
 from fem_spa.loop.search import Found, search
 from fem_spa.loop.split import split
+from fem_spa.loop.weights import probability
 from fem_spa.loop.words import LEAST_TONE, SENTENCE, periodic, signature
 from fem_spa.output.files import write_whole
 from fem_spa.output.toml import to_toml
@@ -288,7 +289,7 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
             {
                 "name": name,
                 "family": EFFECTS[name].family,
-                "probability": _probability(name, d),
+                "probability": probability(name, d),
                 "rivals": d.rivals.get(name, []),
                 "parameters": shown_parameters(name, study, sizes, records[0].units[names[0]]),
             }
@@ -321,20 +322,6 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
         "audit": [{"file": r.path.name, "notes": remarks(r)} for r in records],
     }
     return clean(report)  # type: ignore[no-any-return]
-
-
-def _probability(name: str, d: Decision) -> float:
-    """Weight of an effect among those that could stand in its place, none of these included."""
-    others = set(d.chosen) - {name}
-    best = max(d.best.share, 1e-6)
-    weights = {"none of these": float(np.exp(-(0.12 + 0.0) / 0.05)) + 0.5 * max(1.0 - best, 0.0)}
-    for s in d.scored:
-        extra = set(s.trial.names) - others
-        if others <= set(s.trial.names) and len(extra) == 1 and len(s.trial.names) == len(d.best.trial.names):
-            key = extra.pop()
-            weights[key] = max(weights.get(key, 0.0), float(np.exp(-max(best - s.share, 0.0) / 0.02)))
-    weights.setdefault(name, 1.0)
-    return weights[name] / sum(weights.values())
 
 
 def _write(study: Study, report: dict[str, Any], out: Path, page: bool) -> None:

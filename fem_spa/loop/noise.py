@@ -11,7 +11,7 @@ section 3.4).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,18 +20,23 @@ from scipy.signal import lfilter
 
 from fem_spa.loop.data import Data
 
-COLOURED = 0.012
+COLOURED = 0.009
 """Largest share of the response that coloured noise may have: sensors and supplies wander by some 0.3 %.
 What is
 larger is a residual to be explained, not noise.
 """
-LONGEST_MEMORY = 10.0
+LONGEST_MEMORY = 6.0
 """s: largest correlation time of coloured noise."""
-REPEATS = 0.007
-"""Share of the response to which a record repeats, typically (offset and gain): 0.45 to 0.96 % on a
-pneumatic arm,
-1 to 3 % between sessions. Larger sizes are allowed and cost likelihood, lest a change pass for noise.
+REPEATS = (0.002, 0.006)
+"""Share of the response to which a record repeats (offset and gain) in one session, 0.2 to 1 %, 0.45 to
+0.96 % on a pneumatic arm; sizes beyond are allowed and cost likelihood, lest a change pass for noise, or
+what few records happen to share for perfect repetition.
 """
+SPREADS = (1.0, 0.4)
+"""Standard deviations of the logarithm of such sizes below and above the usual ones."""
+LARGEST_HELD = 0.012
+"""Share of the response above which records' own offsets and gains are not believed while effects are
+sought."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,31 @@ class Noise:
     def sample(self) -> float:
         """Standard deviation within a record."""
         return math.hypot(self.white, self.coloured)
+
+
+def repeating(noise: Noise, response: np.ndarray) -> Noise:
+    """The same noise in which records repeat: their own offsets and gains no larger than `LARGEST_HELD`.
+
+    A slow trend that is taken for offsets and gains is hidden by them from every screen.
+    """
+    top = float(np.max(np.abs(response))) or 1.0
+    return replace(noise, offset=min(noise.offset, LARGEST_HELD * top), gain=min(noise.gain, LARGEST_HELD))
+
+
+def scattered(noise: Noise, response: np.ndarray) -> bool:
+    """Whether records differ by more than they usually do."""
+    top = float(np.max(np.abs(response))) or 1.0
+    return max(noise.offset / top, noise.gain) > REPEATS[1]
+
+
+def between(noise: Noise, response: np.ndarray, data: Data) -> Noise:
+    """A noise under which only what differs from record to record counts: a record weighs as one or two
+    numbers."""
+    held = repeating(noise, response)
+    top = float(np.max(np.abs(response))) or 1.0
+    rows = float(np.median([r.part.stop - r.part.start for r in data.runs if r.train]))
+    white = math.hypot(noise.sample, 0.5 * LARGEST_HELD * top * math.sqrt(rows))
+    return Noise(white, 1e-3 * white, noise.tau, max(held.offset, 0.5 * LARGEST_HELD * top), held.gain)
 
 
 @dataclass(frozen=True)
@@ -254,9 +284,13 @@ def fit_noise(
     sub = data
 
     def unlikely(noise: Noise) -> float:
-        """Prior: actuators repeat to about a per cent from record to record (see REPEATS)."""
-        over = [math.log(max(v, 1e-12) / REPEATS) for v in (noise.offset / top, noise.gain)]
-        return sum((max(o, 0.0) / 0.7) ** 2 for o in over)
+        """Prior: actuators repeat to about half a per cent from record to record (see REPEATS)."""
+        if not several:
+            return 0.0
+        sizes = [math.log(max(v, 1e-12)) for v in (noise.offset / top, noise.gain)]
+        low, high = (math.log(v) for v in REPEATS)
+        under, over = SPREADS
+        return sum((max(low - v, 0.0) / under) ** 2 + (max(v - high, 0.0) / over) ** 2 for v in sizes)
 
     def noise_of(x: np.ndarray) -> Noise:
         v = np.exp(np.clip(x, low, high))

@@ -13,7 +13,8 @@ from fem_spa.loop.data import Data
 from fem_spa.loop.effects.effect import Effect
 from fem_spa.loop.fit import Fit, fit, linear_columns
 from fem_spa.loop.folds import folds
-from fem_spa.loop.noise import Noise, Whitener, fit_noise
+from fem_spa.loop.form import form_columns, theta_columns
+from fem_spa.loop.noise import Noise, Whitener, between, fit_noise, repeating, scattered
 from fem_spa.loop.screen import (
     Atoms,
     Group,
@@ -27,7 +28,9 @@ from fem_spa.loop.screen import (
 )
 from fem_spa.loop.threshold import null_quantile, scores
 
-SINGLES, PAIRS, MOST = 8, 6, 3
+SINGLES, PAIRS, MOST = 8, 4, 3
+BLOCKS = 4
+"""Parts of a fold whose left-out errors are told apart."""
 Say = Callable[[str], None]
 
 
@@ -91,7 +94,7 @@ class _Work:
         self, effects: Sequence[Effect], starts: Sequence[np.ndarray], noise: Noise, steps: int = 10
     ) -> Trial:
         """Fit a set, then its noise; the better of this and an earlier fit of the same set is kept."""
-        found = fit(self.chain, self.data, self.whiten(noise), effects, starts, steps)
+        found = fit(self.chain, self.data, self.whiten(repeating(noise, self.level)), effects, starts, steps)
         own, cost = self.noise(found.residual, noise)
         names = tuple(e.name for e in found.chain.effects)
         trial = Trial(names, found, own, cost)
@@ -109,6 +112,12 @@ def search(chain: Chain, data: Data, effects: Sequence[Effect], seed: int, say: 
     residual = data.output - (chain.gain * plain + chain.offset)
     noise, cost = work.noise(residual, None)
     work.trials[()] = Trial((), Fit(chain, 0.0, residual, ()), noise, cost)
+    if len(chain.base.values):
+        # its own numbers under this noise, as with every effect: no effect is credited with them
+        chain = work.try_set([], [], noise, 40).fit.chain
+        work.chain = chain
+        noise, cost = work.trials[()].noise, work.trials[()].cost
+        residual = work.trials[()].fit.residual
     say("screening")
     atoms = make_atoms(chain, data, effects)
     whiten = work.whiten(noise)
@@ -139,22 +148,25 @@ def _noise_path(
     size = noise.sample
     for step in range(MOST):
         picks: dict[str, Group] = {}
-        for candidate in (noise, Noise(size, 1e-3 * size, noise.tau, noise.offset, noise.gain)):
+        held = repeating(noise, work.level)
+        candidates = [noise, Noise(size, 1e-3 * size, noise.tau, noise.offset, noise.gain)]
+        for candidate in candidates + ([held] if held != noise else []):
             small = reduced(sums(atoms, work.whiten(candidate)).total, atoms.count)
             before = np.concatenate([g.columns for g in chosen]).astype(int) if chosen else np.zeros(0, int)
             gains = [(solve(small, np.concatenate([before, g.columns]))[1], g) for g in atoms.groups]
             gains.sort(key=lambda pair: -pair[0])
             for _, group in gains[:12]:
-                if len(picks) < (3 if candidate is noise else 5):
+                if len(picks) < {id(noise): 3, id(held): 7}.get(id(candidate), 5):
                     picks.setdefault(group.effect.name, group)
         tried = []
         for group in picks.values():
             columns = np.concatenate([g.columns for g in (*chosen, group)])
-            rest = _without(work, atoms, columns, noise)
+            rest = _without(work, atoms, columns, held)
             own, value = work.noise(rest, noise)
             tried.append((value, own, group))
         value, own, group = min(tried, key=lambda item: item[0])
-        rest = _without(work, atoms, np.concatenate([g.columns for g in (*chosen, group)]), own)
+        columns = np.concatenate([g.columns for g in (*chosen, group)])
+        rest = _without(work, atoms, columns, repeating(own, work.level))
         own, value = work.noise(rest, own)
         if step == 0:
             drop = cost - value
@@ -167,18 +179,19 @@ def _noise_path(
 
 def _without(work: _Work, atoms: Atoms, columns: np.ndarray, noise: Noise) -> np.ndarray:
     """(n, d) residual with atoms and nuisance fitted linearly under a noise."""
-    gram = sums(atoms, work.whiten(noise)).total
-    factors, _ = solve(reduced(gram, atoms.count), columns)
-    nuisance = np.arange(atoms.count, gram.shape[0] - 1)
-    right = gram[nuisance, -1] - gram[np.ix_(nuisance, columns)] @ factors
+    kept = np.concatenate([columns, np.arange(atoms.count, atoms.rows.shape[2])])
+    few = Atoms((), atoms.rows[:, :, kept], len(columns))
+    gram = sums(few, work.whiten(noise)).total
+    factors, _ = solve(reduced(gram, few.count), np.arange(few.count))
+    nuisance = np.arange(few.count, gram.shape[0] - 1)
+    right = gram[nuisance, -1] - gram[np.ix_(nuisance, np.arange(few.count))] @ factors
     beta = np.linalg.lstsq(gram[np.ix_(nuisance, nuisance)], right, rcond=1e-12)[0]
-    taken = atoms.rows[:, :, columns] @ factors + atoms.rows[:, :, nuisance] @ beta
-    return np.asarray(atoms.rows[:, :, -1] - taken)
+    return np.asarray(few.rows[:, :, -1] - few.rows[:, :, :-1] @ np.concatenate([factors, beta]))
 
 
 def _singles(work: _Work, atoms: Atoms, noise: Noise) -> list[tuple[Effect, list[np.ndarray]]]:
     """Effects by what their best group takes off left-out folds, and starts from their two best groups."""
-    found = sums(atoms, work.whiten(noise))
+    found = sums(atoms, work.whiten(repeating(noise, work.level)))
     small = reduced(found.total, atoms.count)
     by_effect: dict[str, list[tuple[float, Group, np.ndarray]]] = {}
     for group in atoms.groups:
@@ -208,8 +221,24 @@ def _pairs(
     third."""
     noise = single.noise
     for first in sorted((t for n, t in work.trials.items() if len(n) == 1), key=lambda t: t.cost)[:2]:
-        _extend(work, first, effects, 3)
-    found = sums(atoms, work.whiten(min(work.trials.values(), key=lambda t: t.cost).noise))
+        _extend(work, first, effects, 4)
+    _screened_pairs(work, atoms, noise)
+    pairs = sorted((t for n, t in work.trials.items() if len(n) == 2), key=lambda t: t.cost)
+    if not pairs:
+        return
+    for name in pairs[0].names:
+        kept = tuple(n for n in pairs[0].names if n != name)
+        if kept in work.trials:
+            _extend(work, work.trials[kept], effects, 3, diverse=False)
+    best_pair = min((t for n, t in work.trials.items() if len(n) == 2), key=lambda t: t.cost)
+    if single.cost - best_pair.cost > 30.0:
+        _extend(work, best_pair, effects, 3)
+
+
+def _screened_pairs(work: _Work, atoms: Atoms, noise: Noise) -> None:
+    """The best of all pairs of atoms, those of one class left out: one output cannot show both."""
+    lead = min(work.trials.values(), key=lambda t: t.cost).noise
+    found = sums(atoms, work.whiten(repeating(lead, work.level)))
     small = reduced(found.total, atoms.count)
     best: dict[str, list[tuple[float, Group]]] = {}
     for group in atoms.groups:
@@ -217,74 +246,68 @@ def _pairs(
     top = {name: [g for _, g in sorted(v, key=lambda i: -i[0])[:2]] for name, v in best.items()}
     options = []
     for a, b in combinations(top, 2):
+        if b in top[a][0].effect.classmates:
+            continue
         for ga in top[a]:
             for gb in top[b]:
                 factors, gain = solve(small, np.concatenate([ga.columns, gb.columns]))
                 if (factors[: len(ga.columns)] > 0).any() and (factors[len(ga.columns) :] > 0).any():
                     options.append((gain, ga, gb, factors))
     options.sort(key=lambda item: -item[0])
-    tried: set[tuple[str, str]] = set()
+    tried: set[tuple[str, ...]] = set()
     for _, ga, gb, factors in options:
-        key = (ga.effect.name, gb.effect.name)
-        if key in tried:
+        key = tuple(sorted((ga.effect.name, gb.effect.name)))
+        if key in tried or any(tuple(sorted(n)) == key for n in work.trials):
             continue
         tried.add(key)
         k = len(ga.columns)
         starts = [start_of(ga, factors[:k]), start_of(gb, factors[k:])]
         work.try_set([ga.effect, gb.effect], starts, noise)
-        if len(tried) >= PAIRS - 3:
+        if len(tried) >= PAIRS:
             break
-    pairs = sorted((t for n, t in work.trials.items() if len(n) == 2), key=lambda t: t.cost)
-    if not pairs:
-        return
-    for name in pairs[0].names:
-        kept = tuple(n for n in pairs[0].names if n != name)
-        if kept in work.trials:
-            _extend(work, work.trials[kept], effects, 3)
-    best_pair = min((t for n, t in work.trials.items() if len(n) == 2), key=lambda t: t.cost)
-    if single.cost - best_pair.cost > 30.0:
-        _extend(work, best_pair, effects, 3)
 
 
-def _extend(work: _Work, trial: Trial, effects: Sequence[Effect], count: int) -> None:
-    """One effect more on top of a fitted set, whose own parameters give way in the screen."""
+def _extend(work: _Work, trial: Trial, effects: Sequence[Effect], count: int, diverse: bool = True) -> None:
+    """One effect more on top of a fitted set, whose own parameters and form give way in the screen;
+    `diverse`: one a class."""
     chain = trial.fit.chain
     others = [e for e in effects if e.name not in trial.names]
     atoms = make_atoms(chain, work.data, others)
     slopes = theta_columns(chain, work.data)
-    rows = np.concatenate([atoms.rows[:, :, :-1], slopes, atoms.rows[:, :, -1:]], axis=2)
+    form, sizes = form_columns(chain, work.data)
+    rows = np.concatenate([atoms.rows[:, :, :-1], slopes, form, atoms.rows[:, :, -1:]], axis=2)
     atoms = Atoms(atoms.groups, rows, atoms.count)
-    small = reduced(sums(atoms, work.whiten(trial.noise)).total, atoms.count)
-    best: dict[str, tuple[float, Group, np.ndarray]] = {}
-    for group in atoms.groups:
-        factors, gain = solve(small, group.columns)
-        name = group.effect.name
-        if name not in best or gain > best[name][0]:
-            best[name] = (gain, group, factors)
-    for _, group, factors in sorted(best.values(), key=lambda item: -item[0])[:count]:
-        names = tuple(sorted((*trial.names, group.effect.name)))
-        if any(tuple(sorted(n)) == names for n in work.trials):
-            continue
-        work.try_set([*chain.effects, group.effect], [*chain.thetas, start_of(group, factors)], trial.noise)
-
-
-def theta_columns(chain: Chain, data: Data, inside: bool = False) -> np.ndarray:
-    """(n, d, k) derivatives of the prediction to the effects' parameters; `inside`: but those at a bound."""
-    here = chain.response(data, chain.thetas, chain.base.values)
-    columns = []
-    for i, (effect, theta) in enumerate(zip(chain.effects, chain.thetas, strict=True)):
-        for k, parameter in enumerate(effect.parameters):
-            if inside and not parameter.low + 1e-6 < theta[k] < parameter.high - 1e-6:
+    metrics = [(repeating(trial.noise, work.level), count)]
+    if several_records(work.data) and scattered(trial.noise, work.level):
+        metrics.append((between(trial.noise, work.level, work.data), 1))
+    for noise, most in metrics:
+        gram = sums(atoms, work.whiten(noise)).total
+        random = np.arange(len(gram) - 1 - len(sizes), len(gram) - 1)
+        gram[random, random] += 1.0 / np.maximum(sizes, 1e-12) ** 2
+        small = reduced(gram, atoms.count)
+        best: dict[str, tuple[float, Group, np.ndarray]] = {}
+        for group in atoms.groups:
+            factors, gain = solve(small, group.columns)
+            name = group.effect.name
+            if name not in best or gain > best[name][0]:
+                best[name] = (gain, group, factors)
+        taken: list[Effect] = list(chain.effects)
+        for _, group, factors in sorted(best.values(), key=lambda item: -item[0]):
+            if len(taken) == len(chain.effects) + most:
+                break
+            if diverse and any(group.effect.name in other.classmates for other in taken):
                 continue
-            step = 1e-3 * max(abs(parameter.start), 0.02)
-            if theta[k] + step > parameter.high:
-                step = -step
-            moved = [t.copy() for t in chain.thetas]
-            moved[i][k] += step
-            columns.append(chain.gain * (chain.response(data, moved, chain.base.values) - here) / step)
-    if not columns:
-        return np.zeros((*here.shape, 0))
-    return np.stack(columns, axis=2)
+            taken.append(group.effect)
+            names = tuple(sorted((*trial.names, group.effect.name)))
+            if any(tuple(sorted(n)) == names for n in work.trials):
+                continue
+            starts = [*chain.thetas, start_of(group, factors)]
+            work.try_set([*chain.effects, group.effect], starts, trial.noise)
+
+
+def several_records(data: Data) -> bool:
+    """Whether there are records enough for a trend between them."""
+    return sum(run.train for run in data.runs) > 2
 
 
 @dataclass(frozen=True)
@@ -297,12 +320,14 @@ class FoldErrors:
     left_out : each fold predicted from the others
     parameters : number of parameters fitted
     leverage : (folds,) largest share that a fold has in what is known of one of the effects' parameters
+    blocks : (BLOCKS folds,) left-out errors of parts of the folds
     """
 
     fitted: np.ndarray
     left_out: np.ndarray
     parameters: int
     leverage: np.ndarray
+    blocks: np.ndarray
 
 
 def fold_errors(trial: Trial, data: Data, whiten: Whitener) -> FoldErrors:
@@ -325,11 +350,16 @@ def fold_errors(trial: Trial, data: Data, whiten: Whitener) -> FoldErrors:
     leverage = (known[:-1] / np.maximum(known[-1], 1e-300)).max(axis=1) if len(at) else np.zeros(len(grams))
     fitted = np.array([whole @ gram @ whole for gram in grams])
     left = [_step(total - gram) for gram in grams]
+    blocks = []
+    for rows, v in zip(folds(data), left, strict=True):
+        squares = np.sum((turned[rows] @ v) ** 2, axis=1)
+        blocks += [float(part.sum()) for part in np.array_split(squares, BLOCKS)]
     return FoldErrors(
         fitted,
         np.array([v @ gram @ v for v, gram in zip(left, grams, strict=True)]),
         columns.shape[2],
         leverage,
+        np.array(blocks),
     )
 
 

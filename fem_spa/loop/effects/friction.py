@@ -34,7 +34,7 @@ EFFECT = Effect(
     starts=lambda ctx: [
         [np.array([0.02, 0.0, way]), np.array([0.0, 0.02, way])] for way in (0.008, 0.025, 0.07)
     ],
-    classmates=("hysteresis",),
+    classmates=("hysteresis", "dead-band"),
     experiment="rates",
     words="plateaus after reversals, of the same size at every rate",
 )

@@ -31,7 +31,7 @@ EFFECT = Effect(
     parameters=tuple(Param(f"weight at {r:g}", 0.0, 1.0, 0.1, "", True) for r in RADII),
     apply=apply,
     starts=lambda ctx: [[0.3 * row for row in np.eye(len(RADII))]],
-    classmates=("friction",),
+    classmates=("friction", "dead-band"),
     experiment="rates",
     words="loops between rise and fall that do not shrink when driven slower",
 )

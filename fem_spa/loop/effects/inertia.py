@@ -13,9 +13,10 @@ def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
         return response
     omega = 2.0 * np.pi / period
     out = np.empty_like(response)
+    system = ([omega**2], [1.0, 2.0 * damping * omega, omega**2])
+    filters = {step: cont2discrete(system, step, method="foh") for step in {r.step for r in ctx.data.runs}}
     for run in ctx.data.runs:
-        system = ([omega**2], [1.0, 2.0 * damping * omega, omega**2])
-        b, a, _ = cont2discrete(system, run.step, method="foh")
+        b, a, _ = filters[run.step]
         x = response[run.part] - ctx.rest
         out[run.part] = ctx.rest + lfilter(b.ravel(), a, x, axis=0)
     return out

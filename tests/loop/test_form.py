@@ -1,0 +1,69 @@
+"""A law of another form is taken for the same effect, a second effect and a foreign history are not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from loop_bench import curve, duhem, write_case
+
+from fem_spa.loop.compose import Chain
+from fem_spa.loop.data import Data
+from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.loop.fit import fit
+from fem_spa.loop.form import contributions, formed, freedom
+from fem_spa.loop.model_file import read_source
+from fem_spa.loop.noise import Whitener, fit_noise
+from fem_spa.loop.placebo import as_good_elsewhere
+from fem_spa.loop.prepare import prepare, train_runs
+from fem_spa.loop.records import read_records
+from fem_spa.loop.split import split
+
+Body = Callable[[list[np.ndarray]], list[np.ndarray]]
+
+
+def fitted(folder: Path, body: Body) -> tuple[Chain, Data, Whitener]:
+    """Hysteresis of the library on records of `body`, under the noise of the bench."""
+    model, files = write_case(folder, body)
+    case = prepare(read_source(model), split(read_records(files), [], 0))
+    chain, data = case.chain, case.data
+    level = chain.gain * (chain.response(data, chain.thetas, chain.base.values) - chain.rest)
+    runs = train_runs(data)
+    noise, _ = fit_noise(data, np.random.default_rng(0).normal(0.0, 2e-3, level.shape), level, runs)
+    whiten = Whitener(data, noise, level, runs)
+    effect = EFFECTS["hysteresis"]
+    found = fit(chain, data, whiten, [effect], [np.full(4, 0.1)], 20)
+    return found.chain, data, whiten
+
+
+def squares(chain: Chain, data: Data, whiten: Whitener) -> float:
+    return float(np.sum(whiten(data.output - chain.predict(data)) ** 2))
+
+
+def bent(shares: list[np.ndarray]) -> list[np.ndarray]:
+    """Loops, and beside them a curve with a knee, which no loop is."""
+    return [y - 6.0 * np.maximum(q - 0.6, 0.0) for q, y in zip(shares, duhem(shares), strict=True)]
+
+
+def foreign(shares: list[np.ndarray]) -> list[np.ndarray]:
+    """Every record shows the loops of the next one."""
+    own = [y - curve(q) for q, y in zip(shares, duhem(shares), strict=True)]
+    return [curve(q) + np.resize(own[(k + 1) % len(own)], len(q)) for k, q in enumerate(shares)]
+
+
+def test_form_takes_what_another_law_leaves_and_not_a_second_effect(tmp_path: Path) -> None:
+    chain, data, whiten = fitted(tmp_path / "own", duhem)
+    plain, free = squares(chain, data, whiten), formed(freedom(chain, data), whiten)
+    other = fitted(tmp_path / "two", bent)
+    both, left = squares(*other), formed(freedom(*other[:2]), other[2])
+    own = (plain - free.left) / plain
+    assert own > 0.1
+    assert left.left - free.left > 0.2 * free.left, "the knee is still to be explained"
+    assert (both - left.left) / both < 0.6
+    assert contributions(chain, data).shape == (1,) and contributions(chain, data)[0] > 0.0
+
+
+def test_the_history_of_other_records_does_as_well_where_it_is_theirs(tmp_path: Path) -> None:
+    assert as_good_elsewhere(*fitted(tmp_path / "own", duhem)) == ()
+    assert as_good_elsewhere(*fitted(tmp_path / "foreign", foreign)) == ("hysteresis",)
