@@ -57,6 +57,7 @@ def write_page(folders: Sequence[Path], page: Path, engine: str = "") -> None:
         by_effect(full),
         confusion(full),
         others(full),
+        reliability(full),
     ]
     parts += [families(left_out)] if left_out else []
     parts += [timing(timed)] if timed else []
@@ -114,6 +115,21 @@ def table(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A Markdown table."""
     lines = ["| " + " | ".join(heading) + " |", "|" + "---|" * len(heading)]
     return "\n".join([*lines, *("| " + " | ".join(cells) + " |" for cells in rows)])
+
+
+def reliability(rows: Sequence[Row]) -> str:
+    """How often the first name was the truth's, by the probability that the report gave it."""
+    told = [r for r in of(rows, "single", "pair", "strange", "distractor", "null") if r.get("probability")]
+    if not told:
+        return ""
+    lines = []
+    for low, high in ((0.0, 0.3), (0.3, 0.5), (0.5, 0.7), (0.7, 0.85), (0.85, 1.0)):
+        some = [r for r in told if low <= float(r["probability"]) < high]
+        mean = f"{np.mean([float(r['probability']) for r in some]):.2f}" if some else ""
+        exact = share(some, lambda r: r["effects"].split("+")[0] in r["truth"].split("+"))
+        lines.append((f"{low:g} to {high:g}", mean, exact, share(some, _first)))
+    heading = ("probability of the first name", "its mean", "it was the truth's name", "it was of its class")
+    return "## Probabilities\n\n" + table(heading, lines)
 
 
 def head(rows: Sequence[Row], engine: str) -> str:

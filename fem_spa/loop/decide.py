@@ -28,6 +28,8 @@ TOLERANCE = 0.05
 """Sets within this share of the best's explained error stay rivals: the true law is never the library's."""
 LEAST_SHARE = 0.62
 """A set that explains less of what is predictable explains only part."""
+LEAST_OF_SET = 0.8
+"""The same for two effects and more, which imitate more."""
 LEAST_BETWEEN = 12.0
 """By how much one more effect must lessen the squares of what differs between records, in whitened units."""
 STEP_FORM = 0.15
@@ -136,7 +138,8 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
         return Decision("none", (), {}, scored, 0.0, 0.0, False, learned, noise, best, ())
     if best.trial.names and _visible(found.base, best.trial, level, data) < LEAST_VISIBLE and not large:
         return Decision("none", (), {}, scored, 0.0, 0.0, False, learned, noise, best, ())
-    if best.share < LEAST_SHARE or best.least < LEAST_OF_BOTH or not best.trial.names:
+    enough = LEAST_SHARE if len(best.trial.names) < 2 else LEAST_OF_SET
+    if best.share < enough or best.least < LEAST_OF_BOTH or not best.trial.names:
         words = (f"the best set explains {100 * max(best.share, 0):.0f} % of what is predictable",)
         return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, words)
     reasons = gates(best, base, data, whiten)
