@@ -77,7 +77,8 @@ class Cluster:
     def words(self) -> str:
         """For a report."""
         count = len(self._client.ncores())
-        return f"Dask scheduler {self._address} with {count} worker{'' if count == 1 else 's'}"
+        workers = "no worker yet" if not count else f"{count} worker{'' if count == 1 else 's'}"
+        return f"the Dask scheduler {self._address} with {workers}"
 
     def refuse_blind(self, folder: Path) -> None:
         """See `interface.Engine.refuse_blind`."""

@@ -96,6 +96,7 @@ def run_sweep(request: Request, folder: Path, say: Callable[[str], None] = lambd
         stack.enter_context(_room(folder, engine))
         if engine is not None:
             sweep.engine = engine.words
+            say(f"{len(left)} of {len(plan.cases)} cases to run, by {engine.words}")
             try:
                 _run(sweep, engine, left, request.again, say)
                 engine.close()

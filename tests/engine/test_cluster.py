@@ -44,8 +44,13 @@ def alive(pid: str) -> bool:
 
 @pytest.fixture(scope="module")
 def machines(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Machines]:
+    with started(tmp_path_factory.mktemp("machines")) as found:
+        yield found
+
+
+@contextlib.contextmanager
+def started(folder: Path) -> Iterator[Machines]:
     """`dask scheduler` and two `dask worker --no-nanny --nthreads 1`, as on a cluster."""
-    folder = tmp_path_factory.mktemp("machines")
     file = folder / "scheduler.json"
     path = os.pathsep.join([str(Path(jobs.__file__).parent), *filter(None, sys.path)])
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -117,6 +122,48 @@ def test_tasks_go_on_when_one_of_two_workers_is_killed(machines: Machines, tmp_p
     while all(alive(pid) for pid in pids) and time.monotonic() < until:
         time.sleep(0.05)
     assert sum(alive(pid) for pid in pids) == 1  # the process beside a killed worker goes with it
+
+
+DECK = """\
+[geometry]
+shape = "tube"
+share = 4
+size = "10 mm"
+
+[materials.body]
+law = "neo-hooke"
+C10 = "0.1 MPa"
+
+[loads]
+pressure = "4 kPa"
+
+[solver]
+imposed_steps = 30
+"""
+
+
+@pytest.mark.slow
+def test_a_sweep_goes_on_when_one_of_two_workers_is_killed(tmp_path: Path) -> None:
+    """Finite elements, from the command line: every case is solved, one of them from its checkpoint on."""
+    import csv
+
+    deck, out = tmp_path / "tube.toml", tmp_path / "out"
+    deck.write_text(DECK, encoding="utf-8")
+    words = [sys.executable, "-m", "fem_spa.cli", "sweep", str(deck), "--out", str(out)]
+    words += ["--vary", "loads.pressure=2kPa:4kPa:3", "materials.body.C10=0.1MPa,0.12MPa"]
+    with started(tmp_path) as machines:
+        sweep = subprocess.Popen([*words, "--scheduler", machines.address], stderr=subprocess.PIPE, text=True)
+        until = time.monotonic() + 200
+        while sum(curve.read_text().count("\n") > 3 for curve in out.glob("cases/*/curve.csv")) < 2:
+            assert time.monotonic() < until and sweep.poll() is None
+            time.sleep(0.05)
+        machines.workers[1].kill()
+        _, said = sweep.communicate(timeout=400)
+    assert sweep.returncode == 0, said
+    with (out / "sweep.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["status"] for row in rows] == ["done"] * 6
+    assert all(float(row["steps"]) == 30 for row in rows)
 
 
 def test_no_scheduler_there_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
