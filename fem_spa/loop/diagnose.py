@@ -27,13 +27,13 @@ from fem_spa.loop.learner import learn
 from fem_spa.loop.localise import Place, localise, place_table, place_words
 from fem_spa.loop.model_file import Source, read_source, source_tables
 from fem_spa.loop.noise import Whitener
+from fem_spa.loop.physical import forms, last_word
 from fem_spa.loop.pneumatic import SETTLED_BY_PRESSURE, Pneumatics, pneumatics
 from fem_spa.loop.prepare import Case, base_for, before, outputs_of, prepare, train_runs
 from fem_spa.loop.records import NoTime, Record, read_records
 from fem_spa.loop.repeats import repeat_floor
 from fem_spa.loop.report_json import (
     clean,
-    empty_errors,
     errors,
     inputs,
     prediction_table,
@@ -42,7 +42,7 @@ from fem_spa.loop.report_json import (
 )
 from fem_spa.loop.search import Found, search
 from fem_spa.loop.split import split
-from fem_spa.loop.weights import probability
+from fem_spa.loop.unable import unable
 from fem_spa.loop.words import LEAST_TONE, SENTENCE, periodic, signature
 from fem_spa.output.files import write_whole
 from fem_spa.output.toml import to_toml
@@ -92,12 +92,13 @@ def diagnose(
     try:
         records = read_records(both)
     except NoTime as reason:
-        return _insufficient(str(reason), [], (), source, files, seed, out)
+        return _unable(str(reason), [], (), source, files, seed, out, page)
     parted = split(records, holdout, seed)
     names = outputs_of(source.model, parted.records)
+    fitted = parted.train[: len(records)]
     why = insufficient(parted.records, parted.train, names)
     if why is not None:
-        return _insufficient(why, parted.records, parted.train, source, files, seed, out)
+        return _unable(why, records, fitted, source, files, seed, out, page)
     say("refitting the base model")
     case = prepare(source, parted)
     rows, chain = case.data.train, case.chain
@@ -105,13 +106,18 @@ def diagnose(
     nominal = start.respond(case.data, case.data.pressure, start.values)[rows]
     why = stranger(nominal, chain.predict(case.data)[rows], case.data.output[rows])
     if why is not None:
-        return _insufficient(why, parted.records, parted.train, source, files, seed, out)
+        return _unable(why, records, fitted, source, files, seed, out, page, chain)
     study = _study(source, case, seed, say)
     report = _report(study, files, seed)
     say("writing")
     _write(study, report, out, page)
     say.done()  # type: ignore[attr-defined]
     return Outcome(report, sentence(report), _figures(report))
+
+
+def _unable(why: str, *given: Any) -> Outcome:
+    """A report that says why nothing can be told."""
+    return Outcome(unable(why, *given), SENTENCE["insufficient"].format(why=why), "no figures")
 
 
 def _together(paths: Sequence[Path], holdout: Sequence[Path]) -> list[Path]:
@@ -155,7 +161,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
     say("deciding")
     decision = decide(inner, data, found, parted.provisional, seed)
     best = decision.best.trial.fit.chain
-    after = polished(best, data) if decision.chosen else inner
+    after = last_word(polished(best, data), data) if decision.chosen else inner
     if decision.chosen and _mean_square(after, data) > 1.02 * _mean_square(inner, data):
         # whitened noise with free offsets can hide a misfit that plain least squares shows
         decision, after = replace(decision, verdict="unexplained", chosen=(), rivals={}), inner
@@ -289,7 +295,7 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
             {
                 "name": name,
                 "family": EFFECTS[name].family,
-                "probability": probability(name, d),
+                "probability": _probability(name, d),
                 "rivals": d.rivals.get(name, []),
                 "parameters": shown_parameters(name, study, sizes, records[0].units[names[0]]),
             }
@@ -316,12 +322,27 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
         "versions": versions(),
         "inputs": inputs(files),
         "explained": d.share if d.chosen else 0.0,
+        "forms": forms(study.after) if d.chosen else {},
         "reasons": list(d.reasons),
         "localisation": place_table(study.places),
         "provisional": case.split.provisional,
         "audit": [{"file": r.path.name, "notes": remarks(r)} for r in records],
     }
     return clean(report)  # type: ignore[no-any-return]
+
+
+def _probability(name: str, d: Decision) -> float:
+    """Weight of an effect among those that could stand in its place, none of these included."""
+    others = set(d.chosen) - {name}
+    best = max(d.best.share, 1e-6)
+    weights = {"none of these": float(np.exp(-(0.12 + 0.0) / 0.05)) + 0.5 * max(1.0 - best, 0.0)}
+    for s in d.scored:
+        extra = set(s.trial.names) - others
+        if others <= set(s.trial.names) and len(extra) == 1 and len(s.trial.names) == len(d.best.trial.names):
+            key = extra.pop()
+            weights[key] = max(weights.get(key, 0.0), float(np.exp(-max(best - s.share, 0.0) / 0.02)))
+    weights.setdefault(name, 1.0)
+    return weights[name] / sum(weights.values())
 
 
 def _write(study: Study, report: dict[str, Any], out: Path, page: bool) -> None:
@@ -361,37 +382,6 @@ def _whole(study: Study) -> tuple[Record, np.ndarray, np.ndarray]:
         outputs={n: np.concatenate([first.outputs[n], second.outputs[n]]) for n in first.outputs},
     )
     return joined, np.concatenate(study.before_rows), np.concatenate(study.after_rows)
-
-
-def _insufficient(
-    why: str,
-    records: Sequence[Record],
-    train: Sequence[bool],
-    source: Source,
-    files: Sequence[Path],
-    seed: int,
-    out: Path,
-) -> Outcome:
-    """A report that says why nothing can be told."""
-    have = set(records[0].outputs) if records else set()
-    names = [o.name for o in source.model.outputs if not have or o.name in have]
-    report: dict[str, Any] = {
-        "verdict": "insufficient",
-        "effects": [],
-        "candidates": [],
-        "error": empty_errors(records, train, names),
-        "signature": "",
-        "excluded": [],
-        "untestable": [{"name": name, "why": why} for name in EFFECTS],
-        "next_experiment": None,
-        "seed": seed,
-        "versions": versions(),
-        "inputs": inputs(files),
-        "reasons": [why],
-    }
-    out.mkdir(parents=True, exist_ok=True)
-    write_whole(out / "report.json", json.dumps(clean(report), indent=1) + "\n")
-    return Outcome(report, SENTENCE["insufficient"].format(why=why), "no figures")
 
 
 def sentence(report: dict[str, Any]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.noise import Whitener
+from fem_spa.loop.physical import UNITS
 from fem_spa.loop.prepare import train_runs
 from fem_spa.loop.screen import base_columns
 from fem_spa.loop.search import theta_columns
@@ -52,6 +53,8 @@ def shown_parameters(name: str, study: Study, size: float, unit: str) -> dict[st
         factor, word = 1.0, p.unit
         if p.unit == "of pressure":
             factor, word = chain.p_max / 1e3, "kPa"
+        elif name in chain.base.physical and name in UNITS:
+            factor, word = UNITS[name]
         elif p.unit == "of span":
             factor, word = float(chain.scale[0]) * chain.gain / size, unit
         low, high = max(value - 1.96 * error, p.low), min(value + 1.96 * error, p.high)

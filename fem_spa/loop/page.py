@@ -17,8 +17,13 @@ from fem_spa.output.words import number
 
 if TYPE_CHECKING:
     from fem_spa.loop.diagnose import Study
+    from fem_spa.loop.records import Record
 
 COLOUR = {"attributed": "done", "none": "done", "ambiguous": "interrupted"}
+NEEDED = (
+    "What it takes: records with time, pressure and an output that moves, some 40 samples at least, of the "
+    "actuator that the model describes, with the right units in their headers."
+)
 MEANS = {
     "attributed": "The remainder has the shape of this effect, and the model with it fits left-out records. "
     "That is consistent with the effect; an experiment of its own would confirm it.",
@@ -50,19 +55,53 @@ def write_page(study: Study, report: dict[str, Any], out: Path) -> None:
     for data, name, _ in (*first, *more):
         write_whole(out / name, data)
     name = _text(out.resolve().name)
+    _write_html(
+        name,
+        out,
+        [
+            _verdict(report, name),
+            _tiles(report),
+            _warnings(report),
+            _figures(first),
+            _effects(report),
+            _next(report),
+            _records(study, report),
+            _places(report),
+            _excluded(report),
+            _section("Behind it", _figures(more)),
+            _audit(report),
+        ],
+    )
+
+
+def write_short_page(
+    report: dict[str, Any],
+    records: Sequence[Record],
+    names: Sequence[str],
+    rows: Sequence[np.ndarray],
+    out: Path,
+) -> None:
+    """The page of `insufficient`: why, what would do, what was measured beside the model.
+
+    rows : (n, d) predictions of each record in SI, or none
+    """
+    from fem_spa.loop.pictures import measured_beside
+
+    name = _text(out.resolve().name)
+    above = f"{name}: a diagnosis by fem_spa &middot; verdict <b>insufficient</b>"
+    words = "Nothing was added to the model, and nothing can be said about any effect. " + NEEDED
     sections = [
-        _verdict(report, name),
-        _tiles(report),
-        _warnings(report),
-        _figures(first),
-        _effects(report),
-        _next(report),
-        _records(study, report),
-        _places(report),
-        _excluded(report),
-        _section("Behind it", _figures(more)),
-        _audit(report),
+        f'<header class="stopped"><p class="name">{above}</p>'
+        f"<h1>These records cannot tell: {_text(report['reasons'][0])}.</h1><p>{_text(words)}</p></header>\n"
     ]
+    if len(rows):
+        data = measured_beside(records[0], names, rows[0])
+        write_whole(out / "motion.png", data)
+        sections.append(_figures([(data, "motion.png", "The first record, and the model on its pressures.")]))
+    _write_html(name, out, [*sections, _audit(report)])
+
+
+def _write_html(name: str, out: Path, sections: Sequence[str]) -> None:
     head = (
         f'<meta charset="utf-8"><title>{name}</title>'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style>'

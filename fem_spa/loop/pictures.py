@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from fem_spa.output.style import ACCENT, GREY, INK, SECOND, figure, tidy
 
 if TYPE_CHECKING:
     from fem_spa.loop.diagnose import Study
+    from fem_spa.loop.records import Record
 
 MOST = 4000
 """Points drawn of one record."""
@@ -67,6 +69,27 @@ def motion(study: Study) -> bytes:
     lower.set_xlabel("time [s]")
     tidy(upper, False)
     tidy(lower)
+    return drawn(drawing)
+
+
+def measured_beside(record: Record, names: Sequence[str], rows: np.ndarray) -> bytes:
+    """One record's outputs and the model's, (n, d) in SI, over time."""
+    unit = record.units[names[0]]
+    every = slice(None, None, max(len(record.time) // MOST, 1))
+    t = record.time[every] - record.time[0]
+    drawing = figure(10.5, 4.0)
+    axes = drawing.subplots(1, 1)
+    for j, name in enumerate(names):
+        size = unit_size(record.units[name], name)
+        line = {"linestyle": ("-", "--", ":")[j % 3]}
+        word = f" {name}" if len(names) > 1 else ""
+        axes.plot(t, record.outputs[name][every] / size, color=INK, label=f"measured{word}", **line)
+        axes.plot(t, rows[every, j] / size, color=SECOND, linewidth=1.1, label=f"model{word}", **line)
+    axes.set_title(record.name, loc="left")
+    axes.set_ylabel(f"{names[0] if len(names) == 1 else 'tip'} [{unit}]")
+    axes.set_xlabel("time [s]")
+    axes.legend(frameon=False, fontsize=9)
+    tidy(axes)
     return drawn(drawing)
 
 

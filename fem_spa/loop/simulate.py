@@ -10,9 +10,9 @@ import numpy as np
 from fem_spa.loop.base import base_of
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import build
-from fem_spa.loop.model_file import read_source
+from fem_spa.loop.model_file import Source, read_source
 from fem_spa.loop.prepare import outputs_of
-from fem_spa.loop.records import read_records
+from fem_spa.loop.records import Record, read_records
 from fem_spa.loop.report_json import rmse, unit_size
 from fem_spa.output.files import write_whole
 from fem_spa.reduced.checks import outside
@@ -30,20 +30,9 @@ def simulate(model: Path, paths: Sequence[Path], out: Path) -> list[str]:
     source = read_source(model)
     records = read_records(paths)
     names = outputs_of(source.model, records)
-    data = build(records, [True] * len(records), names, 10**9)
-    base = base_of(source.model, names, data.pressure.min(axis=0), data.pressure.max(axis=0))
-    nothing = Chain(
-        base, 1.0, np.zeros(len(names)), (), (), np.ones(len(names)), np.zeros(len(names)), 1, 1, 1
-    )
-    chain = source.chain(base) if source.effects else nothing
-    rows = chain.predict(data)
-    if source.model.kind == "kelvin-voigt" and "offset" in source.model.parameters:
-        rows = rows + source.model.parameters["offset"].value
     lines = []
     (out / "predictions").mkdir(parents=True, exist_ok=True)
-    for record, run in zip(records, data.runs, strict=True):
-        grid = record.time[0] + run.step * np.arange(run.part.stop - run.part.start)
-        found = np.stack([np.interp(record.time, grid, column) for column in rows[run.part].T], axis=1)
+    for record, found in zip(records, predicted(source, records, names), strict=True):
         measured = np.stack([record.outputs[name] for name in names], axis=1)
         unit = record.units[names[0]]
         error = rmse(measured - found)
@@ -56,3 +45,25 @@ def simulate(model: Path, paths: Sequence[Path], out: Path) -> list[str]:
         beyond = outside(source.model, Drive(record.time, record.pressures))
         lines.append(f"{record.name}: {words}" + (f"; {beyond}" if beyond else ""))
     return lines
+
+
+def predicted(
+    source: Source, records: Sequence[Record], names: Sequence[str], chain: Chain | None = None
+) -> list[np.ndarray]:
+    """(n, d) in SI at each record's own samples, by a model file as it is, or by `chain`."""
+    data = build(records, [True] * len(records), names, 10**9)
+    if chain is None:
+        base = base_of(source.model, names, data.pressure.min(axis=0), data.pressure.max(axis=0))
+        d = len(names)
+        nothing = Chain(base, 1.0, np.zeros(d), (), (), np.ones(d), np.zeros(d), 1, 1, 1)
+        chain = source.chain(base) if source.effects else nothing
+        rows = chain.predict(data)
+        if source.model.kind == "kelvin-voigt" and "offset" in source.model.parameters:
+            rows = rows + source.model.parameters["offset"].value
+    else:
+        rows = chain.predict(data)
+    out = []
+    for record, run in zip(records, data.runs, strict=True):
+        grid = record.time[0] + run.step * np.arange(run.part.stop - run.part.start)
+        out.append(np.stack([np.interp(record.time, grid, column) for column in rows[run.part].T], axis=1))
+    return out
