@@ -27,6 +27,7 @@ from fem_spa.deck_tables import (
 )
 from fem_spa.errors import InputError
 from fem_spa.units import brief
+from materials.bounded import parse_toml, read_text
 
 
 class Drawing(BaseModel):
@@ -106,7 +107,7 @@ def read_drawing(path: str | Path, overrides: Sequence[str] = ()) -> Drawing:
 def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """The tables of a deck file, with the overrides in them; nothing but TOML is checked."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except FileNotFoundError:
         raise InputError(f"given {path}: there is no such file; give the path of a deck (.toml)") from None
     except IsADirectoryError:
@@ -116,7 +117,7 @@ def read_tables(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     except OSError as error:
         raise InputError(f"given {path}: it cannot be read ({error.strerror})") from None
     try:
-        tables = tomllib.loads(text)
+        tables = parse_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"given {path}: this is not valid TOML: {str(error).splitlines()[0]}") from None
     for override in overrides:
@@ -146,7 +147,7 @@ def set_value(tables: dict[str, Any], override: str) -> None:
         )
     path = key_path(key, f"--set {brief(override)}")
     try:
-        parsed = tomllib.loads(f"value = {value}")["value"]
+        parsed = parse_toml(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         parsed = value.strip()
     put(tables, path, parsed, f"--set {brief(override)}")
@@ -155,7 +156,7 @@ def set_value(tables: dict[str, Any], override: str) -> None:
 def key_path(key: str, given: str) -> list[str]:
     """The words of a dotted key; `given` is what the error line says of it."""
     try:
-        return _first_path(tomllib.loads(f"{key} = 0"))
+        return _first_path(parse_toml(f"{key} = 0"))
     except (tomllib.TOMLDecodeError, StopIteration):  # StopIteration: the key is a comment
         raise InputError(f"given {given}: '{key.strip()}' is not a dotted key") from None
 

@@ -14,6 +14,9 @@ from geometry.tagged import TaggedMesh
 UNITS: dict[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 """Units of a file's numbers, in m."""
 
+MOST_BYTES = 1_000_000_000
+"""Of a file that is read: a mesh of some million elements. Looked at before memory is taken."""
+
 READABLE = (".msh", ".step", ".stp")
 WRITABLE = (".msh", ".vtu")
 
@@ -72,6 +75,13 @@ def read_mesh(
         raise refusal(f"{path.name}: file type {suffix!r}", ", ".join(READABLE))
     if not path.is_file():
         raise refusal(f"{path}: no such file", "a file that exists", "a path relative to another folder")
+    if path.stat().st_size > MOST_BYTES:
+        raise refusal(
+            f"{path.name}: {path.stat().st_size / 1e9:.3g} GB",
+            f"at most {MOST_BYTES / 1e9:g} GB",
+            "",
+            "a coarser mesh",
+        )
     if suffix == ".msh":
         from geometry.msh import read_msh
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from materials.bounded import read_toml
 from materials.errors import MaterialError
 from materials.laws import Law
 from materials.names import allowed
@@ -107,7 +108,7 @@ def load_card(name: str | Path) -> Card:
             )
     where = f'card "{text}"'
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = read_toml(path)
     except tomllib.TOMLDecodeError as error:
         raise MaterialError(f"{where} is not valid TOML: {error}") from None
     except (OSError, UnicodeDecodeError) as error:

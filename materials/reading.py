@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from materials.bounded import MOST_ROWS, read_bytes
 from materials.checking import check, sort_out_kind
 from materials.errors import MaterialError
 from materials.laws import Array
@@ -97,7 +98,7 @@ def read_test(path: str | Path, mode: str | None = None, ignore_time: bool = Fal
     path = Path(path)
     where = path.name
     try:
-        raw = path.read_bytes()
+        raw = read_bytes(path, MOST_ROWS)
     except OSError as error:
         raise MaterialError(f'test file "{path}" cannot be read: {error.strerror or error}') from None
     try:

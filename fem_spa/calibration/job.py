@@ -16,6 +16,7 @@ from fem_spa.calibration.outcome import Outcome
 from fem_spa.calibration.words import record
 from fem_spa.errors import InputError
 from fem_spa.output.files import write_whole
+from materials.bounded import read_toml
 
 WRITTEN = ("calibrated.toml", "calibration.json", "calibration.png", "report.html", "mesh.msh")
 
@@ -63,7 +64,7 @@ def run_job(
 def _is_model(path: Path) -> bool:
     """Whether a file is a model's and not a deck."""
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        tables = read_toml(path)
     except OSError as error:
         raise InputError(
             f"given {path}: it cannot be read ({error.strerror}); give a deck or a model file (.toml)"

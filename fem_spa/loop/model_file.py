@@ -29,6 +29,7 @@ from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.reduced.model import ReducedModel
 from fem_spa.reduced.registry import read_model
 from fem_spa.units import quantity
+from materials.bounded import read_toml
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def read_source(path: Path) -> Source:
         for what is missing, unknown, or out of range
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        tables = read_toml(path)
     except OSError as error:
         raise InputError(f"model {path} cannot be read: {error.strerror}; give a model file") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

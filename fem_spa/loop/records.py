@@ -15,6 +15,7 @@ import numpy as np
 from fem_spa.errors import InputError
 from fem_spa.reduced.checks import refuse_gap
 from fem_spa.units import quantity
+from materials.bounded import MOST_ROWS, read_bytes
 
 OUTPUTS = {"angle": "rad", "displacement": "m", "force": "N", "x": "m", "y": "m", "z": "m"}
 """Names that an output column may have, and the SI unit inside."""
@@ -133,7 +134,7 @@ def read_record(path: Path | str) -> Record:
     """
     path = Path(path)
     try:
-        content = path.read_bytes()
+        content = read_bytes(path, MOST_ROWS)
     except OSError as error:
         raise InputError(f"record {path} cannot be read: {error.strerror}; check the name") from None
     try:

@@ -38,6 +38,7 @@ from fem_spa.reduced.tables import (
     same_kind,
 )
 from fem_spa.units import brief
+from materials.bounded import MOST_ROWS, read_text
 
 UNITS = {"angle": "deg", "displacement": "mm", "force": "N", "x": "mm", "y": "mm", "z": "mm"}
 """Outputs of records and the unit shown."""
@@ -142,7 +143,7 @@ def rows_of(rows: Any, columns: list[str]) -> np.ndarray:
 def read_columns(path: Path) -> tuple[list[str], np.ndarray]:
     """Header cells and numbers (n, columns) of a CSV; empty cells are nan, lines from # on passed over."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, MOST_ROWS, "utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not text"
         raise InputError(f"given {path}: it cannot be read ({reason}); give a CSV file") from None

@@ -17,6 +17,7 @@ from fem_spa.errors import InputError
 from fem_spa.reduced.model import ReducedModel
 from fem_spa.reduced.tables import toml_text
 from fem_spa.units import brief
+from materials.bounded import read_toml
 
 KINDS: dict[str, str] = {
     "curve": "fem_spa.reduced.curve",
@@ -59,7 +60,7 @@ def model_table(source: Path | str | Mapping[str, Any]) -> Mapping[str, Any]:
         tables: Mapping[str, Any] = source
     else:
         try:
-            tables = tomllib.loads(Path(source).read_text(encoding="utf-8"))
+            tables = read_toml(Path(source))
         except OSError as error:
             raise InputError(
                 f"given {source}: it cannot be read ({error.strerror}); give a model file"

@@ -24,6 +24,7 @@ import numpy as np
 from fem_spa.errors import InputError
 from fem_spa.reduced.tables import amount
 from fem_spa.units import ATMOSPHERE, brief
+from materials.bounded import MOST_ROWS, read_text
 
 COLUMNS = {"pressure": "kPa", "curvature": "1/m", "stretch": ""}
 STIFFNESS = {"bending_stiffness": "N*m^2", "axial_stiffness": "N"}
@@ -149,7 +150,7 @@ def read_law(given: Any, where: Path) -> RodLaw:
 def _read_csv(path: Path) -> RodLaw:
     """The law of a CSV file."""
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_text(path, MOST_ROWS, "utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"given {path}: the rod's law cannot be read ({type(error).__name__})") from None
     notes = dict(line[1:].split(":", 1) for line in lines if line.startswith("#") and ":" in line)
