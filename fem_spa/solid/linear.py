@@ -23,7 +23,8 @@ from fem_spa.solid.resources import Scratch, free_disk, free_memory
 
 FACTORS = ("auto", "memory", "disk")
 _KEPT_FREE = 0.2  # of the free memory: for what else grows during a run
-_IN_CORE = 0.5  # of the free memory: what PARDISO may use where the factors are on disk
+_IN_CORE = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.3)
+"""Of the factors' size: what PARDISO may hold in memory where they are on disk."""
 
 
 class SingularMatrix(ArithmeticError):
@@ -118,11 +119,9 @@ class Pardiso:
         try:
             self._call(22)
         except MemoryError:
-            if self._scratch is not None or self._where != "auto":
+            if self._where == "memory":
                 raise self._too_large() from None
-            self._call(-1)
-            self._to_disk()
-            self._call(22)
+            self._retry_on_disk()
         self.factorizations += 1
 
     def solve(self, b):
@@ -137,24 +136,39 @@ class Pardiso:
 
     def _analyse(self) -> None:
         """Symbolic factorization, and where the numbers will be kept."""
-        if self._where == "disk":
-            self._to_disk()
-            return
-        self._set_up(out_of_core=False)
         self._symbolic()
-        if self._where == "auto" and self._needed_bytes > (1.0 - _KEPT_FREE) * free_memory():
-            self._call(-1)
-            self._to_disk()
+        if self._where == "disk" or (
+            self._where == "auto" and self._needed_bytes > (1.0 - _KEPT_FREE) * free_memory()
+        ):
+            self._to_disk(_IN_CORE[0])
 
-    def _to_disk(self) -> None:
-        self._set_up(out_of_core=True)
-        self._scratch = Scratch()
-        self._megabytes = int(min(_IN_CORE * free_memory(), 1e12) / 2**20)
-        self._symbolic()
+    def _to_disk(self, share: float) -> None:
+        """The analysis again, for factors on disk; PARDISO may hold `share` of them in memory."""
         if 1.1 * self._factor_bytes > free_disk():
             raise self._too_large()
+        self._call(-1)
+        self._scratch = self._scratch or Scratch()
+        self._megabytes = int(share * self._factor_bytes / 2**20) + 1
+        self._symbolic()
 
-    def _set_up(self, out_of_core: bool) -> None:
+    def _retry_on_disk(self) -> None:
+        """With as little memory as will do; PARDISO says at once where it is too little."""
+        tried = self._megabytes
+        for share in _IN_CORE:
+            if share * self._factor_bytes <= tried * 2**20:
+                continue
+            if share * self._factor_bytes > (1.0 - _KEPT_FREE) * free_memory():
+                break
+            self._to_disk(share)
+            try:
+                self._call(22)
+                return
+            except MemoryError:
+                continue
+        raise self._too_large()
+
+    def _symbolic(self) -> None:
+        out_of_core = self._scratch is not None
         self._pt[:] = 0
         self._iparm[:] = 0
         # numbers as in MKL's manual, counted from 1
@@ -168,8 +182,6 @@ class Pardiso:
             60: 2 if out_of_core else 0,
         }.items():
             self._iparm[k - 1] = value
-
-    def _symbolic(self) -> None:
         self._call(11)
         self._analysed = True
         # iparm 15 to 17 in KB, later overwritten: peak of the analysis, what is kept of it, the factors
