@@ -1,6 +1,6 @@
 """Files of the user's, read as far as they can be meant: a slip of name must not take all memory.
 
-What is too large is an OSError as any other reason why a file cannot be read, so that callers need no case more.
+What is too large is an OSError, as is any other reason why a file cannot be read: callers need no case more.
 """
 
 from __future__ import annotations
@@ -84,5 +84,5 @@ def _refuse_depth(tables: dict[str, Any]) -> None:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The tables of a TOML file; OSError, UnicodeDecodeError or tomllib.TOMLDecodeError where there are none."""
+    """The tables of a TOML file; errors as `read_text` and `parse_toml`."""
     return parse_toml(read_text(path))
