@@ -1,4 +1,4 @@
-"""What is installed: versions within the ranges, whose ends are both tested, and data files beside the code."""
+"""What is installed: versions within ranges whose ends are both tested, data files beside the code."""
 
 from __future__ import annotations
 
