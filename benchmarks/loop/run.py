@@ -10,14 +10,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from threading import Lock
+from typing import Any
 
 from benchmarks.loop.cases import Case, draw_case
 from benchmarks.loop.files import write_case
 from benchmarks.loop.score import COLUMNS, score
+from fem_spa.engine import open_engine
 
 LIMIT = 1800.0
 """s, after which a case is given up."""
@@ -37,28 +37,35 @@ def run_cases(
 ) -> None:
     """Run the cases that `out`/results.csv lacks; `without`: effects kept from the program."""
     out.mkdir(parents=True, exist_ok=True)
-    table, lock = out / "results.csv", Lock()
+    table = out / "results.csv"
     done = {row["name"] for row in rows_of(table)}
+    left = [n for n in numbers if draw_case(tier, n, seed, protocol, without).name not in done]
+    with open_engine(workers=jobs, most=max(1, len(left))) as engine:
+        tasks = [(out, (tier, number, seed, protocol, tuple(without)), rate, keep) for number in left]
+        for ended in engine.run(_one, tasks):
+            if ended.error is not None:
+                print(f"{tier} {left[ended.number]}", f"not run: {ended.error}", sep=" | ", flush=True)
+                continue
+            _tell(table, ended.value)
 
-    def one(number: int) -> None:
-        case = draw_case(tier, number, seed, protocol, without)
-        if rate:
-            case = replace(case, rate=rate)
-        if case.name in done:
-            return
-        row = run_case(out, case, without, keep)
-        with lock:
-            fresh = not table.exists()
-            with table.open("a", encoding="utf-8", newline="") as file:
-                writer = csv.DictWriter(file, COLUMNS)
-                if fresh:
-                    writer.writeheader()
-                writer.writerow(row)
-            words = [row[k] for k in ("name", "protocol", "visible", "truth", "verdict", "effects", "rivals")]
-            print(*words, f"{row['seconds']} s", row["reduction"], row["problems"], sep=" | ", flush=True)
 
-    with ThreadPoolExecutor(jobs) as pool:
-        list(pool.map(one, numbers))
+def _one(task: tuple[Path, tuple[Any, ...], float | None, bool]) -> dict[str, object]:
+    """Draw a case and run it: in a process of its own, as a drawn case does not travel."""
+    out, drawn, rate, keep = task
+    case = draw_case(*drawn)
+    return run_case(out, replace(case, rate=rate) if rate else case, drawn[-1], keep)
+
+
+def _tell(table: Path, row: dict[str, object]) -> None:
+    """Append a row, and say it."""
+    fresh = not table.exists()
+    with table.open("a", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        if fresh:
+            writer.writeheader()
+        writer.writerow(row)
+    words = [row[k] for k in ("name", "protocol", "visible", "truth", "verdict", "effects", "rivals")]
+    print(*words, f"{row['seconds']} s", row["reduction"], row["problems"], sep=" | ", flush=True)
 
 
 def run_case(out: Path, case: Case, without: Sequence[str] = (), keep: bool = True) -> dict[str, object]:
