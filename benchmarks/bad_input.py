@@ -35,7 +35,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from fem_spa.cli import main as program
 
 LIMIT = 60
-"""s: no draw may take longer."""
+"""s: no draw may compute longer."""
 MEMORY = 6e9
 """Bytes of addresses that the process may have beyond what it starts with."""
 SHARES = {
@@ -52,18 +52,21 @@ class Hang(BaseException):
 
 @contextlib.contextmanager
 def alarm(seconds: int) -> Iterator[None]:
-    """Raises Hang after so many seconds."""
+    """Raises Hang after so many seconds of computing, or ten times as many of waiting."""
 
     def ring(*_: object) -> None:
         raise Hang
 
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.alarm(seconds)
+    before = [signal.signal(number, ring) for number in (signal.SIGPROF, signal.SIGALRM)]
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.alarm(10 * seconds)
     try:
         yield
     finally:
         signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        for number, handler in zip((signal.SIGPROF, signal.SIGALRM), before, strict=True):
+            signal.signal(number, handler)
 
 
 def judge(draw: Draw, folder: Path) -> tuple[int | None, str | None]:
@@ -155,10 +158,10 @@ def run(
     slowest: dict[str, float] = {}
 
     def one(draw: Draw) -> None:
-        begun = time.perf_counter()
+        begun = time.process_time()
         with place() as folder:
             status, why = judge(draw, folder)
-        slowest[draw.kind] = max(slowest.get(draw.kind, 0.0), time.perf_counter() - begun)
+        slowest[draw.kind] = max(slowest.get(draw.kind, 0.0), time.process_time() - begun)
         tally[draw.kind, status] += 1
         if why is not None:
             wrong.append((draw, why))

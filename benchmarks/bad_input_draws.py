@@ -237,6 +237,8 @@ def toml(text: str) -> st.SearchStrategy[bytes]:
                     )
                 case 2:
                     lines.insert(i, f"[{draw(st.sampled_from(TABLES))}]")
+                case 3 | 4 | 5 if key in NEAR:
+                    lines[i] = f"{key} = {draw(st.sampled_from(NEAR[key]))}"
                 case _:
                     lines[i] = f"{key} = {draw(st.sampled_from(ODD))}"
         return ("\n".join(lines) + "\n").encode()
@@ -244,6 +246,50 @@ def toml(text: str) -> st.SearchStrategy[bytes]:
     return st.one_of(changed(), changed(), changed(), bytes_of(text.encode()))
 
 
+NEAR = {
+    "pressure": [
+        '"0.01 kPa"',
+        '"-30 kPa"',
+        '"60 kPa"',
+        '"300 kPa"',
+        '"1e-9 Pa"',
+        '{ main = "3 kPa" }',
+        '"0 Pa"',
+    ],
+    "C10": ['"0.5 kPa"', '"0.2 MPa"', '"60 Pa"', '"20 GPa"', "{ value = 0.4, unit = 'MPa' }", '"1e-3 MPa"'],
+    "path": [
+        '["2 kPa"]',
+        '["-1 kPa", "1 kPa"]',
+        '["1 kPa", "1 kPa"]',
+        '["1e-12 kPa"]',
+        '["30 kPa", "0 kPa"]',
+        "[]",
+    ],
+    "gravity": ["[0, 0, 0]", "[9.81, 0, 0]", "[0, 900, 0]", "[1e-9, 0, 0]", "[0.0, -9.81, 1]"],
+    "density": ['"1 kg/m^3"', '"20 g/cm^3"', '"1080 kg/m^3"'],
+    "fixed": ['["base", "tip"]', '["tip"]', '["outer"]', '["base", "base"]', '["cavity main"]'],
+    "contact": ["false", "true"],
+    "obstacles": [
+        "[]",
+        '[ { sphere = { centre = [0, 0, "60 mm"], radius = "45 mm" } } ]',
+        '[ { cylinder = { point = [0, 0, "-30 mm"], axis = [0, 1, 0], radius = "20 mm" } } ]',
+        '[ { plane = { point = [0, 0, "-0.1 mm"], normal = [0, 0, 1e-9] } } ]',
+    ],
+    "angle": ['"chord"', '"tangent"'],
+    "blocked": ["true"],
+    "tolerance": ["1e-12", "1e-3", "1e-5"],
+    "max_iterations": ["3", "200"],
+    "imposed_steps": ["1", "40"],
+    "unit": ['"cm"', '"m"', '"um"', '"in"'],
+    "law": ['"mooney-rivlin"', '"yeoh"', '"gent"', '"linear"'],
+    "bulk": ['"2 GPa"', '"1 MPa"', '"10 kPa"', '"inf"'],
+    "size": ['"4 mm"', '"20 mm"', '"0.05 mm"', '"1 um"'],
+    "share": ["1", "2", "8"],
+    "slow_chambers": ["0", "2", "60", "61"],
+    "slow_pitch": ['"6 mm"', '"30 mm"', '"400 mm"'],
+    "k1": ['"1e-9 kPa/mm"', '"1e12 kPa/mm"'],
+    "eta1": ['"0 kPa*s/mm"', '"1e-9 kPa*s/mm"', '"1e15 kPa*s/mm"'],
+}
 WORDS_OF_DECKS = [
     "points",
     "volume_ratio",
