@@ -14,6 +14,7 @@ import uuid
 import zipfile
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,7 @@ def mesh_key(drawing: Drawing, shape: Any) -> str:
         The file cannot be read.
     """
     geometry = drawing.geometry
-    what: dict[str, Any] = {"gmsh": version("gmsh"), "fem_spa": __version__}
+    what: dict[str, Any] = {"gmsh": _mesher(), "fem_spa": __version__}
     what["size"] = None if geometry.size is None else geometry.size.si
     if shape is not None:
         what |= {
@@ -58,6 +59,11 @@ def mesh_key(drawing: Drawing, shape: Any) -> str:
             ) from None
     text = json.dumps(what, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@cache
+def _mesher() -> str:
+    return version("gmsh")
 
 
 def place(folder: Path, key: str) -> Path:

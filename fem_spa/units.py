@@ -162,6 +162,21 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
+def kind_of(unit: str) -> str | None:
+    """The SI unit, one of `KINDS`, of what a unit measures; None for a unit that is not known."""
+    written = unit.strip().replace("**", "^")
+    for si, known in _COMMON.items():
+        if written in known:
+            return si
+    for si in (*(kind for kind in KINDS if kind != "1"), "1"):
+        try:
+            quantity(f"1 {unit}", si)
+        except InputError:
+            continue
+        return si
+    return None
+
+
 def _line(given: Any, name: str | None, reason: str) -> str:
     """The one line of an error; without a name only its second half."""
     return reason if name is None else f"given {brief(given)} for {name}: {reason}"

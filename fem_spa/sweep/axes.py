@@ -9,7 +9,7 @@ from typing import Any
 
 from fem_spa.deck import key_path
 from fem_spa.errors import InputError
-from fem_spa.units import KINDS, brief, quantity
+from fem_spa.units import KINDS, brief, kind_of, quantity
 
 MOST_VALUES = 10_000
 """Values of one key, and cases of one sweep: each is a finite-element run."""
@@ -23,12 +23,17 @@ class Value:
 
     given : what the deck gets, a TOML value ("1.25 mm", 3, true, [0, 0, -9.81])
     number : in the axis's unit; None for a word
-    text : for tables and labels, without the unit
+    text : without the unit, as exact as `given`
     """
 
     given: Any
     number: float | None
     text: str
+
+    @property
+    def label(self) -> str:
+        """Without the unit, numbers to six digits: for pages, pictures and sentences."""
+        return self.text if self.number is None else f"{self.number:.6g}"
 
 
 @dataclass(frozen=True)
@@ -165,13 +170,11 @@ def _quantity(text: str, given: str) -> tuple[float, str]:
 
 def _kind(unit: str, given: str) -> str:
     """The SI unit of what a unit measures."""
-    for si in (*(kind for kind in KINDS if kind != "1"), "1"):
-        try:
-            quantity(f"1 {unit}", si)
-        except InputError:
-            continue
-        return si
-    raise InputError(f"given {given}: the unit {brief(unit)} is not known; allowed is such as mm, kPa, deg")
+    found = kind_of(unit)
+    if found is None:
+        known = "allowed is such as mm, kPa, deg"
+        raise InputError(f"given {given}: the unit {brief(unit)} is not known; {known}")
+    return found
 
 
 def _factor(unit: str, wanted: str, given: str) -> float:

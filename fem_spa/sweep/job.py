@@ -21,6 +21,8 @@ from fem_spa.sweep.table import folder_of, sweep_csv
 from fem_spa.sweep.words import case_words, time_left
 
 WRITTEN = ("sweep.csv", "sweep.json", "curves.png", "keys.png", "maps.png", "report.html")
+SECONDS_BETWEEN_TABLES = 1.0
+"""So long at least a table of thousands of rows stays as it is; cases are on disk in their folders."""
 
 
 @dataclass(frozen=True)
@@ -155,11 +157,14 @@ def _run(sweep: Sweep, engine: Engine, left: Sequence[Case], again: bool, say: C
     begun = time.monotonic()
     left = _draw(sweep, engine, left, say)
     tasks = [_task(sweep, case, again) for case in left]
+    written = time.monotonic()
     write_whole(sweep.folder / "sweep.csv", sweep_csv(sweep.plan, sweep.lines))
     for done, ended in enumerate(engine.run(solve, tasks), 1):
         case = left[ended.number]
         line = sweep.lines[case.name] = _line_of(ended)
-        write_whole(sweep.folder / "sweep.csv", sweep_csv(sweep.plan, sweep.lines))
+        if time.monotonic() > written + SECONDS_BETWEEN_TABLES:
+            write_whole(sweep.folder / "sweep.csv", sweep_csv(sweep.plan, sweep.lines))
+            written = time.monotonic()
         rest = (time.monotonic() - begun) / done * (len(left) - done)
         say(f"case {done} of {len(left)}: {case_words(sweep.plan, case, line)}{time_left(rest)}")
 

@@ -184,7 +184,7 @@ def _row(sweep: Any, case: Case, line: Line, shown: Sequence[str]) -> str:
     cells = []
     for value in case.values:
         data = "" if value.number is None else f' data-value="{value.number!r}"'
-        cells.append(f'<td class="key"{data}>{_text(value.text)}</td>')
+        cells.append(f'<td class="key"{data}>{_text(value.label)}</td>')
     title = f' title="{_text(line.reason)}"' if line.reason else ""
     place = folder_of(case)
     has_page = (sweep.folder / place / "report.html").is_file()
@@ -206,7 +206,7 @@ def _what_was_run(sweep: Any, request: Any) -> str:
         if plan.sample and axis.interval:
             values = f"{axis.interval[0]:g} to {axis.interval[1]:g} {axis.unit}"
         else:
-            listed = ", ".join(value.text for value in axis.values[:12])
+            listed = ", ".join(value.label for value in axis.values[:12])
             more = f" and {len(axis.values) - 12} more" if len(axis.values) > 12 else ""
             values = f"{listed}{more} {axis.unit}"
         pairs.append((_text(axis.key), _text(values.strip())))

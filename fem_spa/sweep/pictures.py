@@ -73,7 +73,7 @@ def _colour(axis: Axis, index: int, drawing: Any, axes: Any) -> Callable[[Case],
     if few:
         hues = [colormaps[COLOURS](0.92 * k / last) for k in range(last + 1)]
     for value, hue in zip(axis.values, hues, strict=False):
-        axes.plot([], [], color=hue, label=_short(value.text), linewidth=2.5)
+        axes.plot([], [], color=hue, label=_short(value.label), linewidth=2.5)
     axes.legend(edgecolor="none", framealpha=0.85, fontsize=9, title=axis.title, title_fontsize=9)
     return lambda case: hues[axis.values.index(case.values[index])]
 
@@ -177,10 +177,10 @@ def _over_key(sweep: Any, axes: Any, drawing: Any, i: int, column: str) -> None:
         axes.plot(missed, [low] * len(missed), "x", color=WARN, clip_on=False, zorder=5, label="not done")
         axes.set_ylim(bottom=low)
     if not axis.numeric:
-        axes.set_xticks(range(len(axis.values)), [_short(value.text) for value in axis.values])
+        axes.set_xticks(range(len(axis.values)), [_short(value.label) for value in axis.values])
         axes.set_xlim(-0.5, len(axis.values) - 0.5)
     elif not axis.sampled and len(axis.values) <= FEW:
-        axes.set_xticks([value.number for value in axis.values], [value.text for value in axis.values])
+        axes.set_xticks([value.number for value in axis.values], [value.label for value in axis.values])
     axes.set_xlabel(f"{axis.title}{'   (x: not done)' if missed else ''}")
     tidy(axes, zero=False)
 
@@ -250,7 +250,7 @@ def _grid(sweep: Any, axes: Any, i: int, j: int, column: str, scale: Any) -> Any
         step = max(1, len(ticks) // 10)
         places = list(range(0, len(ticks), step))
         texts = [
-            number(ticks[p], 4) if axis.numeric else _short(axis.values[int(ticks[p])].text) for p in places
+            number(ticks[p], 4) if axis.numeric else _short(axis.values[int(ticks[p])].label) for p in places
         ]
         set_ticks(places, texts)
     for side in axes.spines.values():
@@ -277,6 +277,6 @@ def _cloud(sweep: Any, axes: Any, i: int, j: int, column: str, scale: Any) -> An
         axes.plot(*zip(*places, strict=True), "x", color=WARN, zorder=4)
     for axis, set_ticks in ((first, axes.set_xticks), (second, axes.set_yticks)):
         if not axis.numeric:
-            set_ticks(range(len(axis.values)), [_short(value.text) for value in axis.values])
+            set_ticks(range(len(axis.values)), [_short(value.label) for value in axis.values])
     tidy(axes, zero=False)
     return image

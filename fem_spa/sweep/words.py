@@ -17,7 +17,7 @@ HEAD = {"done": "Done", "interrupted": "Interrupted", "stopped": "Stopped"}
 def keys_words(plan: Plan, case: Case) -> str:
     """The values of a case: "geometry.wall 1.25 mm, loads.pressure 20 kPa"."""
     pairs = zip(plan.axes, case.values, strict=True)
-    return ", ".join(f"{axis.key} {value.text} {axis.unit}".rstrip() for axis, value in pairs)
+    return ", ".join(f"{axis.key} {value.label} {axis.unit}".rstrip() for axis, value in pairs)
 
 
 def with_unit(value: float, unit: str, digits: int = 3) -> str:

@@ -8,7 +8,7 @@ import pint
 import pytest
 
 from fem_spa.errors import InputError
-from fem_spa.units import _COMMON, quantity, show
+from fem_spa.units import _COMMON, kind_of, quantity, show
 
 PINT = pint.UnitRegistry()
 
@@ -66,3 +66,16 @@ def test_refused_in_one_line(given: object, options: dict, words: list[str]) -> 
 )
 def test_shown_values_read_back(value: float, unit: str) -> None:
     assert quantity(show(value, unit), unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "unit,si",
+    [("mm", "m"), ("kPa", "Pa"), ("psi", "Pa"), ("deg", "rad"), ("g/cm^3", "kg/m^3"), ("percent", "1")],
+)
+def test_a_unit_says_what_it_measures(unit: str, si: str) -> None:
+    assert kind_of(unit) == si
+
+
+@pytest.mark.parametrize("unit", ["mn", "kelvin", "mm mm mm mm"])
+def test_a_unit_of_nothing_here(unit: str) -> None:
+    assert kind_of(unit) is None
