@@ -83,6 +83,7 @@ def test_bellow_moves_with_the_sign_of_the_pressure(small: Callable[..., str]) -
     """The slope of the blocked force is an area between those of inner and outer diameter."""
     overrides = (
         *("geometry.convolutions=2", "geometry.convoluted_height='4 mm'", "geometry.neck_height='3 mm'"),
+        "geometry.top='2 mm'",
         *("geometry.layer_width='20 mm'", "geometry.size='3 mm'", "loads.pressure='10 kPa'"),
     )
     runs = {
@@ -104,11 +105,14 @@ def test_bellow_moves_with_the_sign_of_the_pressure(small: Callable[..., str]) -
 
 def test_tripod_laws_differ_by_their_moduli(small: Callable[..., str]) -> None:
     """At small angles, before chambers touch, the two laws' angles are as 0.72 to 3.1 MPa."""
-    said = small("tripod", (*SMALL_TRIPOD, "loads.pressure={ 1 = '1 kPa', 2 = '0 kPa' }"))
+    thin = {"outer walls of 1.2 mm": ["geometry.outer_wall='1.2 mm'"]}
+    said = small("tripod", (*SMALL_TRIPOD, "loads.pressure={ 1 = '1 kPa', 2 = '0 kPa' }"), SIZES=thin)
     curve = columns("out/curve.csv")
     one = {name: values[1] for name, values in curve.items()}
     assert one["contact off gravity [deg]"] / one["linear law [deg]"] == pytest.approx(3.1 / 0.72, rel=0.1)
     assert "36.2 deg measured" in said
+    more = float(said.split("outer walls of 1.2 mm")[1].split()[1])
+    assert more > 0 and "all three, contact" in said  # a thinner wall bends more, in per cent
 
 
 def test_arm_segment_bends_less_than_the_rod(small: Callable[..., str]) -> None:
