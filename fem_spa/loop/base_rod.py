@@ -20,13 +20,11 @@ from scipy.signal import lfilter
 
 from fem_spa.loop.base import Base, Switches
 from fem_spa.loop.data import Data
+from fem_spa.loop.loads import PAYLOAD, SWITCHED, loads, quadratic
 from fem_spa.loop.tables import Table, reach, tabulate
 from fem_spa.reduced.model import Drive
 from fem_spa.reduced.valve import valve_pressure
 
-PAYLOAD = 0.02
-"""kg: the payload of size one where none is stated."""
-SWITCHED = "the rod with {} switched on"
 STIFFER = 0.25
 """Logarithm of the factor between the moduli that are solved."""
 DAMPING = ("translational_damping", "rotational_damping")
@@ -44,9 +42,9 @@ def rod_base(model: Any, columns: tuple[int, ...], p_low: np.ndarray, p_high: np
     names = tuple(model.outputs[j].name for j in columns)
     units = tuple(model.outputs[j].unit for j in columns)
     own = ("payload",) if model.gravity else ("gravity", "payload")
-    physical = {name: SWITCHED.format(name) for name in own}
+    physical = {name: SWITCHED.format("rod", name) for name in own}
     if not model.damping:
-        physical["viscous-lag"] = SWITCHED.format("damping")
+        physical["viscous-lag"] = SWITCHED.format("rod", "damping")
     return Base(
         model,
         names,
@@ -167,7 +165,7 @@ class _Rod:
                 heavy: Levels = {} if self.model.gravity or name == "gravity" else {"gravity": 1.0}
                 sizes: list[Levels] = [heavy, {**heavy, name: 0.5}, {**heavy, name: 1.0}]
                 states = [self._node(data, node, m, 1.0) for m in sizes]
-                out += share * _quadratic(w[:, None], *states)
+                out += share * quadratic(w[:, None], *states)
         return out
 
     def _node(self, data: Data, node: float, more: Levels, size: float) -> np.ndarray:
@@ -245,7 +243,7 @@ class _Rod:
                     self._table({**heavy, name: size}, orientation, payload)(p, stiffer)
                     for size in (0.5, 1.0)
                 ]
-                out[rows] += _quadratic(w, bare, *states)
+                out[rows] += quadratic(w, bare, *states)
         return out
 
     def _table(self, more: Levels, orientation: float, payload: float) -> Table:
@@ -260,24 +258,6 @@ class _Rod:
 
             self.tables[place] = tabulate(settled, self.low, self.high, True)
         return self.tables[place]
-
-
-def loads(data: Data, switches: Switches) -> dict[str, np.ndarray]:
-    """Load -> (n,) its size: gravity as it is fitted, a payload in proportion to what is stated."""
-    found = {}
-    most = float(data.payload.max())
-    for name in ("gravity", "payload"):
-        if name not in switches:
-            continue
-        each = data.payload / most if name == "payload" and most > 0.0 else np.ones(len(data.clock))
-        found[name] = float(switches[name][0]) * each
-    return found
-
-
-def _quadratic(w: np.ndarray, bare: np.ndarray, half: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """What a load of size w adds, from the answers without it, with half of size one, with size one."""
-    half, whole = half - bare, whole - bare
-    return np.asarray(w * (4.0 * half - whole) + w * w * (2.0 * whole - 4.0 * half))
 
 
 def damped(switches: Switches) -> float:
