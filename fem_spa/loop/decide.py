@@ -15,12 +15,12 @@ import numpy as np
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
-from fem_spa.loop.folds import by_records
+from fem_spa.loop.folds import blocks, by_records
 from fem_spa.loop.form import Freedom, contributions, formed, freedom
 from fem_spa.loop.learner import Learned, learn
 from fem_spa.loop.mcs import confidence_set
 from fem_spa.loop.noise import Noise, Whitener, between, fit_noise, repeating
-from fem_spa.loop.placebo import as_good_elsewhere
+from fem_spa.loop.placebo import OF_THE_SESSION, as_good_elsewhere
 from fem_spa.loop.screen import base_columns
 from fem_spa.loop.search import FoldErrors, Found, Trial, fold_errors, several_records
 
@@ -28,7 +28,7 @@ TOLERANCE = 0.05
 """Sets within this share of the best's explained error stay rivals: the true law is never the library's."""
 LEAST_SHARE = 0.62
 """A set that explains less of what is predictable explains only part."""
-LEAST_OF_SET = 0.8
+LEAST_OF_SET = 0.9
 """The same for two effects and more, which imitate more."""
 LEAST_BETWEEN = 12.0
 """By how much one more effect must lessen the squares of what differs between records, in whitened units."""
@@ -119,7 +119,6 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     sizes = {names: _size(e) for names, e in errors.items()}
     samples = float(np.sum(data.known & data.train)) * data.output.shape[1]
     floor = min(_learned_floor(lead, learned, whiten), *sizes.values(), samples)
-    base = errors[()]
     span = max(sizes[()] - floor, 1e-12)
     scored = [
         _scored(trial, (sizes[()] - sizes[names]) / span, plain_share[names], errors[names])
@@ -142,7 +141,11 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     if best.share < enough or best.least < LEAST_OF_BOTH or not best.trial.names:
         words = (f"the best set explains {100 * max(best.share, 0):.0f} % of what is predictable",)
         return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, words)
-    reasons = gates(best, base, data, whiten)
+    own = Whitener(data, noise, level, runs)
+    session = any(EFFECTS[n].memory in OF_THE_SESSION for n in best.trial.names)
+    parts = blocks(data) if session else None
+    errors_best, errors_base = (fold_errors(t, data, own, parts) for t in (best.trial, found.base))
+    reasons = gates(best, errors_best, errors_base, own)
     if reasons:
         return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, reasons)
     rivals = {name: _rivals(name, best, scored, data, seed) for name in best.trial.names}
@@ -387,15 +390,21 @@ def _rivals(name: str, best: Scored, scored: Sequence[Scored], data: Data, seed:
     return sorted(found, key=lambda r: -found[r])
 
 
-def gates(best: Scored, base: FoldErrors, data: Data, whiten: Whitener) -> tuple[str, ...]:
-    """What the set must pass besides its share; the reasons where it does not."""
+def gates(best: Scored, errors: FoldErrors, base: FoldErrors, whiten: Whitener) -> tuple[str, ...]:
+    """What the set must pass besides its share; the reasons where it does not.
+
+    Parameters
+    ----------
+    errors, base : of the set and of the base alone, records' own offsets and gains as large as they are
+    """
     failed = []
+    data = whiten.data
     # a record that alone shows an effect cannot be predicted from the others, and is no judge of it
-    better = base.left_out - best.errors.left_out
-    judged = best.errors.leverage < 0.7
+    better = base.left_out - errors.left_out
+    judged = errors.leverage < 0.7
     if by_records(data) and judged.any():
-        gained = float((base.fitted - best.errors.fitted)[judged].sum())
-        if better[judged].sum() < CARRIED_OVER * max(gained, 0.0) - 4.0 * best.errors.parameters:
+        gained = float((base.fitted - errors.fitted)[judged].sum())
+        if better[judged].sum() < CARRIED_OVER * max(gained, 0.0) - 4.0 * errors.parameters:
             failed.append("what is gained in the fit is not there on records left out of it")
     chain = best.trial.fit.chain
     for effect, theta in zip(chain.effects, chain.thetas, strict=True):

@@ -224,8 +224,7 @@ def _joined(decision: Decision, air: Pneumatics, provisional: bool) -> Decision:
 
 
 def _quantised(decision: Decision, after: Chain, case: Case) -> tuple[Decision, Chain]:
-    """Quantisation on top of what was found, or in the place of what hardly helps where the lattice
-    explains it."""
+    """Quantisation on top of what was found, or in its place where the lattice alone explains as much."""
     rows = case.full.train & case.full.known
 
     def size(chain: Chain) -> float:
@@ -233,9 +232,11 @@ def _quantised(decision: Decision, after: Chain, case: Case) -> tuple[Decision, 
 
     for chain, chosen in ((case.chain, ()), (after, decision.chosen)):
         theta = lattice_theta(chain, case.full)
-        if theta is None or (not chosen and decision.chosen and size(after) < 0.8 * size(case.chain)):
+        if theta is None:
             continue
         rounded = chain.with_effects((*chain.effects, QUANTISATION), (*chain.thetas, theta))
+        if not chosen and decision.chosen and size(rounded) > 1.1 * size(after):
+            continue
         rivals = {n: decision.rivals.get(n, []) for n in chosen}
         verdict = decision.verdict if chosen else "attributed"
         done = replace(

@@ -13,6 +13,8 @@ TEETH = (4.0, 160.0)
 """Teeth of the saw over the span, fewest and most, that are looked for."""
 LEAST_SHARE = 0.3
 """Share of the residual's variance that the saw's first harmonic must have (a pure saw has 61 %)."""
+LEAST_STANDING = 0.12
+"""Length of the mean phase of the readings on the lattice; evenly spread ones have none."""
 LEAST_GAIN = 0.2
 """Share of the training error that rounding must take off."""
 
@@ -37,9 +39,34 @@ def lattice_theta(chain: Chain, data: Data) -> np.ndarray | None:
     if power[best] < LEAST_SHARE:
         return None
     theta = _refined(share[keep], residual[keep], 1.0 / teeth[best])
+    if not _standing(chain, data, float(theta[0])):
+        return None
     rounded = chain.with_effects((*chain.effects, EFFECT), (*chain.thetas, theta))
     errors = [float(np.sqrt(np.mean((data.output - c.predict(data))[rows] ** 2))) for c in (chain, rounded)]
     return theta if errors[1] < (1.0 - LEAST_GAIN) * errors[0] else None
+
+
+def _standing(chain: Chain, data: Data, step: float) -> bool:
+    """Whether the readings themselves stand on steps of this size, each record's with a phase of its own.
+
+    A law of another form leaves waves over the prediction too, but the readings run through them evenly.
+    Readings that hold at few places agree by chance (Rayleigh's test): the fewer, the more agreement is
+    asked for.
+    """
+    size = step * chain.gain * chain.scale[0]
+    prediction = chain.predict(data)[:, 0]
+    together, places, rows = 0.0, 0.0, 0
+    for run in data.runs:
+        known = data.known[run.part]
+        if not run.train or known.sum() < 8:
+            continue
+        y = data.output[run.part, 0][known]
+        together += len(y) * float(np.abs(np.mean(np.exp(2j * np.pi * y / size)))) ** 2
+        places += float(np.sum(np.abs(np.diff(prediction[run.part])))) / (0.5 * size) + 1.0
+        rows += len(y)
+    agreement = np.sqrt(together / max(rows, 1))
+    count = sum(run.train for run in data.runs)
+    return bool(agreement > max(LEAST_STANDING, 1.7 / np.sqrt(max(places / max(count, 1), 1.0))))
 
 
 def _refined(share: np.ndarray, residual: np.ndarray, step: float) -> np.ndarray:

@@ -190,7 +190,8 @@ def _without(work: _Work, atoms: Atoms, columns: np.ndarray, noise: Noise) -> np
 
 
 def _singles(work: _Work, atoms: Atoms, noise: Noise) -> list[tuple[Effect, list[np.ndarray]]]:
-    """Effects by what their best group takes off left-out folds, and starts from their two best groups."""
+    """Effects by what their best group takes off left-out folds, those that take most of all rows among the
+    first ones; and starts from their two best groups."""
     found = sums(atoms, work.whiten(repeating(noise, work.level)))
     small = reduced(found.total, atoms.count)
     by_effect: dict[str, list[tuple[float, Group, np.ndarray]]] = {}
@@ -202,10 +203,17 @@ def _singles(work: _Work, atoms: Atoms, noise: Noise) -> list[tuple[Effect, list
         entries.sort(key=lambda item: -item[0])
         error = left_out(found, entries[0][1].columns).sum()
         starts = [start_of(group, factors) for _, group, factors in entries[:2]]
-        ranked.append((float(error), entries[0][1].effect, starts))
+        ranked.append((float(error), entries[0][0], entries[0][1].effect, starts))
     ranked.sort(key=lambda item: item[0])
+    # what one record alone shows cannot be foretold from the others, and is fitted all the same
+    most = sorted(ranked, key=lambda item: -item[1])[:3]
+    ranked = [
+        *ranked[:2],
+        *(m for m in most if m not in ranked[:2]),
+        *(r for r in ranked[2:] if r not in most),
+    ]
     out = []
-    for place, (_, effect, starts) in enumerate(ranked):
+    for place, (_, _, effect, starts) in enumerate(ranked):
         out.append((effect, starts if place < 3 else starts[:1]))
     return out
 
@@ -330,7 +338,9 @@ class FoldErrors:
     blocks: np.ndarray
 
 
-def fold_errors(trial: Trial, data: Data, whiten: Whitener) -> FoldErrors:
+def fold_errors(
+    trial: Trial, data: Data, whiten: Whitener, groups: Sequence[np.ndarray] | None = None
+) -> FoldErrors:
     """Errors under the noise of `whiten`, by one Gauss-Newton step from the fit; parameters at bounds
     stay."""
     chain = trial.fit.chain
@@ -339,7 +349,8 @@ def fold_errors(trial: Trial, data: Data, whiten: Whitener) -> FoldErrors:
     residual = data.output - (chain.gain * plain + chain.offset)
     turned = whiten(np.concatenate([columns, residual[:, :, None]], axis=2))
     grams = []
-    for rows in folds(data):
+    groups = folds(data) if groups is None else groups
+    for rows in groups:
         flat = turned[rows].reshape(-1, turned.shape[2])
         grams.append(flat.T @ flat)
     total = np.sum(grams, axis=0)
@@ -351,7 +362,7 @@ def fold_errors(trial: Trial, data: Data, whiten: Whitener) -> FoldErrors:
     fitted = np.array([whole @ gram @ whole for gram in grams])
     left = [_step(total - gram) for gram in grams]
     blocks = []
-    for rows, v in zip(folds(data), left, strict=True):
+    for rows, v in zip(groups, left, strict=True):
         squares = np.sum((turned[rows] @ v) ** 2, axis=1)
         blocks += [float(part.sum()) for part in np.array_split(squares, BLOCKS)]
     return FoldErrors(

@@ -1,4 +1,5 @@
-"""Fatigue: each cycle leaves the actuator a little softer, and rest does not bring it back."""
+"""Fatigue: each cycle leaves the actuator a little softer, or with a little less motion, and rest does not
+bring it back."""
 
 import numpy as np
 
@@ -7,12 +8,14 @@ from fem_spa.loop.operators import travelled
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """s -> s (1 + a (N / N_all)^b), N cycles so far."""
-    a, b = theta
-    if a == 0.0:
+    """s -> s (1 + (a - c) (N / N_all)^b), N cycles so far."""
+    a, c, b = theta
+    if a == 0.0 and c == 0.0:
         return response
     cycles = travelled(ctx.data, ctx.drive)
-    return np.asarray(ctx.rest + (response - ctx.rest) * (1.0 + a * (cycles / ctx.cycles) ** b)[:, None])
+    return np.asarray(
+        ctx.rest + (response - ctx.rest) * (1.0 + (a - c) * (cycles / ctx.cycles) ** b)[:, None]
+    )
 
 
 EFFECT = Effect(
@@ -21,9 +24,13 @@ EFFECT = Effect(
     slot="stiffness",
     order=34,
     memory="cycle",
-    parameters=(Param("softening", 0.0, 3.0, 0.03, "", True), Param("exponent", 0.2, 2.5, 1.0, "")),
+    parameters=(
+        Param("softening", 0.0, 3.0, 0.03, "", True),
+        Param("loss", 0.0, 0.95, 0.03, "", True),
+        Param("exponent", 0.1, 2.5, 1.0, ""),
+    ),
     apply=apply,
-    starts=lambda ctx: grid([0.05], [0.3, 1.0, 2.0]),
+    starts=lambda ctx: [*grid([0.05], [0.0], [0.3, 1.0, 2.0]), *grid([0.0], [0.05], [0.3, 1.0, 2.0])],
     classmates=("temperature", "sensor-drift"),
     experiment="rest",
     words="grows from cycle to cycle and does not recover",
