@@ -79,7 +79,7 @@ def _colour(axis: Axis, index: int, drawing: Any, axes: Any) -> Callable[[Case],
 
 
 def curves(sweep: Any, path: Path) -> None:
-    """The main output over the pressure, a line a case, coloured by the first key."""
+    """The main output over the pressure, a line a case, coloured by the first key that is not a load."""
     column, label, _ = main_output([sweep.line(case) for case in sweep.plan.cases])
     found = [(case, read_curve(sweep.folder / folder_of(case))) for case in sweep.plan.cases[:MOST_CURVES]]
     found = [(case, curve) for case, curve in found if len(curve.get(column, ())) > 1]
@@ -88,8 +88,9 @@ def curves(sweep: Any, path: Path) -> None:
     abscissa = _abscissa([curve for _, curve in found])
     drawing = figure(8.6, 5.2)
     axes = drawing.add_subplot()
-    axis = sweep.plan.axes[0]
-    colour = _colour(axis, 0, drawing, axes)
+    keys = [k for k, axis in enumerate(sweep.plan.axes) if axis.path[0] != "loads"]
+    first = next(iter(keys), 0)
+    colour = _colour(sweep.plan.axes[first], first, drawing, axes)
     stopped = False
     for case, curve in found:
         if abscissa not in curve:
