@@ -7,6 +7,7 @@ from pathlib import Path
 
 from benchmarks.loop.cases import TIERS
 from benchmarks.loop.classes import FAMILY
+from benchmarks.loop.kinds import KINDS
 from benchmarks.loop.run import run_cases
 
 
@@ -28,7 +29,18 @@ def main() -> None:
     page.add_argument("folders", type=Path, nargs="+")
     page.add_argument("--page", type=Path, default=Path("docs/loop.md"))
     page.add_argument("--engine", default="", help="version of the program that ran")
+    kinds = commands.add_parser("kinds", help="the other base kinds, one pressure and several; OUT/kinds.csv")
+    kinds.add_argument("--base", nargs="+", choices=KINDS, default=list(KINDS))
+    kinds.add_argument("--effect", nargs="*", default=[], help="names, null, or all; default: by the seed")
+    kinds.add_argument("--count", type=int, default=4, help="cases a kind, where no effect is named")
+    kinds.add_argument("--seed", type=int, default=1)
+    kinds.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
+    if given.command == "kinds":
+        from benchmarks.loop.run_kinds import run_kinds
+
+        run_kinds(given.out, given.base, given.seed, given.count, given.effect)
+        return
     if given.command == "page":
         from benchmarks.loop.page import write_page
 

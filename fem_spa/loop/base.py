@@ -87,6 +87,8 @@ def base_of(model: ReducedModel, outputs: Sequence[str], p_low: np.ndarray, p_hi
         table = _table(model, p_low, p_high)
         none = np.zeros(0)
         return Base(model, names, units, True, (), none, none, none, table)
+    if model.kind == "surface":
+        return _surface(model, names, units)
     if model.kind == "rod":
         from fem_spa.loop.base_rod import rod_base
 
@@ -116,6 +118,16 @@ def _table(model: ReducedModel, p_low: np.ndarray, p_high: np.ndarray) -> Respon
         return np.stack(columns, axis=1)
 
     return respond
+
+
+def _surface(model: ReducedModel, names: tuple[str, ...], units: tuple[str, ...]) -> Base:
+    """A static map of several pressures, asked as it is."""
+    none = np.zeros(0)
+
+    def respond(data: Data, pressure: np.ndarray, _: np.ndarray) -> np.ndarray:
+        return np.asarray(model.at(pressure)[:, None])  # type: ignore[attr-defined]
+
+    return Base(model, names, units, True, (), none, none, none, respond)
 
 
 def _kelvin_voigt(model: ReducedModel, names: tuple[str, ...], units: tuple[str, ...]) -> Base:

@@ -26,6 +26,7 @@ KINDS: dict[str, str] = {
     "rod": "fem_spa.reduced.rod",
     "pneunet": "fem_spa.reduced.finger",
     "segments": "fem_spa.reduced.segments",
+    "surface": "fem_spa.reduced.surface",
 }
 
 
