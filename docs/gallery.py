@@ -62,6 +62,12 @@ ENTRIES = (
         "grasp_sphere",
     ),
     Entry(
+        "plate",
+        STUDIES / "finger_on_plate.toml",
+        "The slow module above a plate, which it presses on without friction.",
+        "finger_on_plate",
+    ),
+    Entry(
         "zigzag-linear",
         STUDIES / "zigzag_linear.toml",
         "The zig-zag actuator without a limiting layer: it grows longer.",
