@@ -1,6 +1,6 @@
 """A sweep of 24 designs: how much faster on all cores than one after another, and what a repeated call costs.
 
-    python benchmarks/sweep.py [--out DIR] [--workers N]
+    python benchmarks/sweep.py            # prints; --write puts the table into docs/reliability.md
 
 Three ways over the same designs, each in a folder of its own, compiled kernels warm:
   calls      `fem-spa solve` 24 times, each a process of its own with all cores for its linear solver
@@ -25,6 +25,8 @@ from pathlib import Path
 
 from fem_spa.engine.cores import cores
 
+PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
+MARKS = ("<!-- sweep.py -->", "<!-- end of sweep.py -->")
 DECK = """\
 [geometry]
 shape = "pneunet"
@@ -72,75 +74,75 @@ def last_angle(folder: Path) -> float:
         return float(list(csv.DictReader(file))[-1]["angle [deg]"])
 
 
+def solve_words(row: dict[str, str]) -> list[str]:
+    """`--set` for every key of a row."""
+    found = []
+    for title in row:
+        if "." in title:
+            key, _, unit = title.partition(" [")
+            found += ["--set", f"{key}={row[title]} {unit.rstrip(']')}".strip()]
+    return found
+
+
+def measure(out: Path, workers: int, vary: tuple[str, ...]) -> list[str]:
+    """Run the three ways and the second call; the lines of the answer."""
+    deck = out / "finger.toml"
+    deck.write_text(DECK, encoding="utf-8")
+    for name in ("warm", "calls", "one", "sweep"):
+        shutil.rmtree(out / name, ignore_errors=True)
+    begun = os.getloadavg()[0]
+    call("solve", str(deck), "--out", str(out / "warm"))
+    sweep = ("sweep", str(deck), "--vary", *vary)
+    many = call(*sweep, "--workers", str(workers), "--out", str(out / "sweep"))
+    one = call(*sweep, "--workers", "1", "--out", str(out / "one"))
+    found = rows(out / "sweep")
+    places = {row["case"]: str(out / "calls" / row["case"]) for row in found}
+    each = [call("solve", str(deck), *solve_words(row), "--out", places[row["case"]]) for row in found]
+    calls = sum(seconds for seconds, _ in each), sum(used for _, used in each)
+    again = call(*sweep, "--workers", str(workers), "--out", str(out / "sweep"))
+    apart = max(
+        abs(last_angle(out / "sweep" / row["folder"]) - last_angle(folder))
+        for row in found
+        for folder in (out / "one" / row["folder"], Path(places[row["case"]]))
+    )
+    dofs = [float(row["dofs"]) for row in found]
+    done = sum(row["status"] == "done" for row in found)
+    lines = [
+        f"{len(found)} designs, {done} done, {min(dofs):.0f} to {max(dofs):.0f} unknowns; {cores()} cores "
+        f"({platform.machine()}), load of the machine {begun:.1f} before and {os.getloadavg()[0]:.1f} after.",
+        "",
+        "| way | s | core seconds | times as fast as the calls | as one process |",
+        "|---|---|---|---|---|",
+    ]
+    for text, (wall, used) in (
+        ("`fem-spa solve`, one call after another", calls),
+        ("the sweep with one process, which has all cores", one),
+        (f"the sweep with {workers} processes", many),
+        ("the same call again: nothing to solve", again),
+    ):
+        lines.append(f"| {text} | {wall:.1f} | {used:.1f} | {calls[0] / wall:.2f} | {one[0] / wall:.2f} |")
+    return [*lines, "", f"Largest difference of an angle between the three: {apart:.1g} deg."]
+
+
 def main() -> None:
-    """Run the three ways, print."""
+    """Run, print, write."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--out", type=Path, help="folder that is kept (default: one that goes)")
     parser.add_argument("--workers", type=int, default=cores())
+    parser.add_argument("--few", action="store_true", help="two designs only, to see that it works")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/reliability.md")
     given = parser.parse_args()
-    out = given.out or Path(tempfile.mkdtemp(prefix="fem_spa_sweep_"))
-    out.mkdir(parents=True, exist_ok=True)
-    deck = out / "finger.toml"
-    deck.write_text(DECK, encoding="utf-8")
-    for name in ("warm", "calls", "one", "sweep"):
-        shutil.rmtree(out / name, ignore_errors=True)
-    print(f"{platform.processor() or platform.machine()}, {cores()} cores, load {os.getloadavg()[0]:.1f}")
-    call("solve", str(deck), "--out", str(out / "warm"))
-    sweep = ("sweep", str(deck), "--vary", *VARY)
-
-    told: dict[str, tuple[float, float]] = {}
-    told["sweep"] = call(*sweep, "--workers", str(given.workers), "--out", str(out / "sweep"))
-    told["one"] = call(*sweep, "--workers", "1", "--out", str(out / "one"))
-    found = rows(out / "sweep")
-    seconds = used = 0.0
-    titles = [name for name in found[0] if "." in name]
-    for row in found:
-        keys = [
-            f"{name.partition(' [')[0]}={row[name]} {name.partition('[')[2].rstrip(']')}".strip()
-            for name in titles
-        ]
-        each = call(
-            "solve",
-            str(deck),
-            *(w for k in keys for w in ("--set", k)),
-            "--out",
-            str(out / "calls" / row["case"]),
-        )
-        seconds, used = seconds + each[0], used + each[1]
-    told["calls"] = seconds, used
-    again = call(*sweep, "--workers", str(given.workers), "--out", str(out / "sweep"))
-
-    print(
-        f"{len(found)} designs, {sum(row['status'] == 'done' for row in found)} done, "
-        f"{min(float(r['dofs']) for r in found):.0f} to {max(float(r['dofs']) for r in found):.0f} unknowns"
-    )
-    print(f"load {os.getloadavg()[0]:.1f} at the end\n")
-    print("| way | s | core seconds | times as fast |\n|---|---|---|---|")
-    words = {
-        "calls": "`fem-spa solve`, one call after another",
-        "one": "the sweep, one process with all cores",
-        "sweep": f"the sweep, {given.workers} processes",
-    }
-    for name, text in words.items():
-        wall, cpu = told[name]
-        print(f"| {text} | {wall:.1f} | {cpu:.1f} | {told['calls'][0] / wall:.2f} |")
-    print(f"| the same call again | {again[0]:.1f} | {again[1]:.1f} | |")
-    print(f"\nsweep over one process: {told['one'][0] / told['sweep'][0]:.2f} times as fast")
-    difference = max(
-        max(
-            abs(last_angle(out / "sweep" / r["folder"]) - last_angle(out / "one" / r["folder"]))
-            for r in found
-        ),
-        max(
-            abs(last_angle(out / "sweep" / r["folder"]) - last_angle(out / "calls" / r["case"]))
-            for r in found
-        ),
-    )
-    print(f"largest difference of an angle between the three: {difference:.2g} deg")
-    if given.out is None:
-        shutil.rmtree(out)
+    with tempfile.TemporaryDirectory(prefix="fem_spa_sweep_") as temporary:
+        out = given.out or Path(temporary)
+        out.mkdir(parents=True, exist_ok=True)
+        text = "\n".join(measure(out, given.workers, VARY[:1] if given.few else VARY))
+    print(text)
+    if given.write:
+        before, rest = PAGE.read_text(encoding="utf-8").split(MARKS[0])
+        after = rest.split(MARKS[1], 1)[1]
+        PAGE.write_text(f"{before}{MARKS[0]}\n{text}\n{MARKS[1]}{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":
