@@ -57,8 +57,24 @@ class Inertia(Silent):
         self.rows.append((pressure[0] / 1e3, 1e3 * row.tip[2], negative - self.constraints))
 
 
+def tube_collapse(modulus: float, radius: float, wall: float, long: float) -> tuple[float, int]:
+    """Outer pressure (Pa) at which a tube with round ends buckles, and its lobes.
+
+    R. von Mises, 1929, for pressure on walls and ends, incompressible; modulus : Young's, Pa; sizes in m.
+    """
+    rate = (np.pi * radius / long) ** 2
+    found = []
+    for n in range(2, 8):
+        skin = 1.0 / (n**2 / rate + 1.0) ** 2
+        bend = wall**2 / (12.0 * radius**2 * 0.75) * (n**2 - 1.0 + rate) ** 2
+        found.append((modulus * wall / radius / (n**2 - 1.0 + 0.5 * rate) * (skin + bend), n))
+    return min(found)
+
+
 def main() -> None:
-    """Print a table a case."""
+    """Print the formula's answer for the hollow neck, and a table a case."""
+    pressure, lobes = tube_collapse(6 * 0.41e6, 4.6e-3, 0.8e-3, 14.2e-3)
+    print(f"A tube like the neck by von Mises' formula: -{pressure / 1e3:.1f} kPa, {lobes} lobes")
     for name, changes in CASES.items():
         setup = prepare(read_deck(DECK, [*COMMON, *changes]))
         inertia = Inertia()

@@ -19,7 +19,7 @@ another off. What accounts for the difference: the bellow's modulus is not print
 from the hardness, Shore 50 A: a third off is usual), nor what of its height is neck, nor whether a
 convolution is a flank or a wave; the soft layer's modulus is from one point at 22 mm; in the bench the
 bellow rubs on its frame when it retracts, and there is no friction here. The neck is solid: hollow, with
-a wall of 0.8 mm like the rest, its tube collapses below 12 kPa of vacuum (benchmarks/bellow_stability.py),
+a wall of 0.8 mm like the rest, its tube gives way at 10 to 11 kPa of vacuum (benchmarks/bellow_stability.py),
 and the bench shows nothing of the kind."""
 
 # Hashem, Stommel, Cheng, Xu: section VI, Figs. 6 and 7
