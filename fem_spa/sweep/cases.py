@@ -197,7 +197,8 @@ def _case(
     changed = deepcopy(dict(tables))
     for axis, value in zip(axes, values, strict=True):
         put(changed, axis.path, value.given, f"--vary {axis.key}")
-    deck = parse_deck(changed, path.stem, path.parent, meshes)
+    _absolute_laws(changed)
+    deck = parse_deck(changed, path.stem, path.parent.resolve(), meshes)
     _refuse_sizes(axes, values, changed)
     try:
         shape, materials, _ = before_mesh(deck)
@@ -215,6 +216,14 @@ def _case(
         for name, m in materials.items()
     }
     return Case(_digest(resolved), tuple(values), deck, mesh)
+
+
+def _absolute_laws(tables: Mapping[str, Any]) -> None:
+    """A user's law is found from the working folder, which on a cluster is another one."""
+    materials = tables.get("materials")
+    for table in materials.values() if isinstance(materials, dict) else ():
+        if isinstance(table, dict) and str(table.get("law")).endswith(".py"):
+            table["law"] = str(Path(table["law"]).resolve())
 
 
 def _law(law: Any) -> str:

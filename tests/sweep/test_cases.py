@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fem_spa.errors import InputError
-from fem_spa.sweep.cases import Plan, make_plan
+from fem_spa.sweep.cases import Plan, _absolute_laws, make_plan
 
 
 def plan(deck: Path, *vary: str, sample: str | None = None, seed: int = 0, set: tuple[str, ...] = ()) -> Plan:
@@ -72,6 +72,19 @@ def test_a_card_counts_by_its_numbers(deck: Path, tmp_path: Path) -> None:
         text.replace("value = 1", "value = 2", 1).replace("value = 0.1", "value = 0.2", 1)
     )
     assert plan(deck, "loads.pressure=1kPa,2kPa", set=drop).cases[0].name != first
+
+
+def test_a_case_is_found_from_any_folder(deck: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker of a cluster stands elsewhere: files beside the deck, and laws, have their whole path."""
+    monkeypatch.chdir(tmp_path)
+    found = plan(Path("tube.toml"), "loads.pressure=1kPa,2kPa").cases[0].deck
+    assert found is not None and found.folder == tmp_path.resolve()
+    tables = {"materials": {"body": {"law": "own.py"}, "soft": {"law": "yeoh"}}}
+    _absolute_laws(tables)
+    assert tables["materials"] == {
+        "body": {"law": str(tmp_path.resolve() / "own.py")},
+        "soft": {"law": "yeoh"},
+    }
 
 
 def test_twins_are_run_once(deck: Path) -> None:
