@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from textwrap import shorten
 from typing import Any
 
 from fem_spa.output.words import number
@@ -33,7 +34,7 @@ def case_words(plan: Plan, case: Case, line: Line) -> str:
         words.append(with_unit(line.end[column], unit))
     if "seconds" in line.cost:
         words.append(f"{line.cost['seconds']:.0f} s")
-    reason = f" ({line.reason})" if line.reason else ""
+    reason = f" ({shorten(line.reason, 90, placeholder=' ...')})" if line.reason else ""
     return f"{keys_words(plan, case)}: {', '.join(words)}{reason}"
 
 
@@ -48,7 +49,11 @@ def extremes(sweep: Any) -> list[tuple[Case, float]]:
     ]
     if not pairs:
         return []
-    return [min(pairs, key=lambda pair: pair[1]), max(pairs, key=lambda pair: pair[1])]
+    return [min(pairs, key=_value), max(pairs, key=_value)]
+
+
+def _value(pair: tuple[Case, float]) -> float:
+    return pair[1]
 
 
 def verdict(sweep: Any) -> str:
@@ -60,17 +65,22 @@ def verdict(sweep: Any) -> str:
         _, label, unit = main_output([sweep.line(case) for case in sweep.plan.cases])
         name = label.partition(" [")[0]
         low, high = (with_unit(value, unit) for _, value in ends)
-        sentence += f"; {name} at the end from {low} to {high}"
+        sentence += (
+            f"; {name} at the end {low}" if low == high else f"; {name} at the end from {low} to {high}"
+        )
     return sentence + "."
 
 
 def best(sweep: Any) -> list[str]:
-    """Which designs end with the smallest and the largest main output, a sentence each."""
+    """Which designs end with the smallest and the largest main output, a sentence each, where they differ."""
     _, label, unit = main_output([sweep.line(case) for case in sweep.plan.cases])
     name = label.partition(" [")[0]
+    ends = extremes(sweep)
+    if not ends or ends[0][1] == ends[1][1]:
+        return []
     return [
         f"{which.capitalize()} {name} {with_unit(value, unit)}: {keys_words(sweep.plan, case)}."
-        for which, (case, value) in zip(("smallest", "largest"), extremes(sweep), strict=False)
+        for which, (case, value) in zip(("smallest", "largest"), ends, strict=True)
     ]
 
 
