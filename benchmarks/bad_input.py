@@ -167,6 +167,8 @@ def run(
             wrong.append((draw, why))
             tell(f"  {draw.kind}: {' '.join(draw.words)}: {why}")
 
+    tell("| input | draws | refused (2) | ended early (1) | done (0) | slowest | wrong |")
+    tell("|---|---|---|---|---|---|---|")
     for kind, strategy in draws().items():
         if kinds and kind not in kinds:
             continue
@@ -179,9 +181,6 @@ def run(
             suppress_health_check=list(HealthCheck),
         )
         seed(number)(plan(given(strategy)(one)))()
-    tell("| input | draws | refused (2) | ended early (1) | done (0) | slowest | wrong |")
-    tell("|---|---|---|---|---|---|---|")
-    for kind in sorted(slowest):
         n = {status: tally[kind, status] for status in (2, 1, 0, None)}
         bad = sum(draw.kind == kind for draw, _ in wrong)
         tell(f"| {kind} | {sum(n.values())} | {n[2]} | {n[1]} | {n[0]} | {slowest[kind]:.1f} s | {bad} |")
