@@ -158,7 +158,7 @@ def key_path(key: str, given: str) -> list[str]:
     try:
         return _first_path(parse_toml(f"{key} = 0"))
     except (tomllib.TOMLDecodeError, StopIteration):  # StopIteration: the key is a comment
-        raise InputError(f"given {given}: '{key.strip()}' is not a dotted key") from None
+        raise InputError(f"given {given}: {brief(key.strip())} is not a dotted key") from None
 
 
 def put(tables: dict[str, Any], path: Sequence[str], value: Any, given: str) -> None:
