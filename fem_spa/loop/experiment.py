@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.loop.pictures import foretold_picture
+from fem_spa.loop.report_json import unit_size
+from fem_spa.loop.rival_curves import Foretold, explanations, foretell, words
 from fem_spa.output.files import write_whole
 
 if TYPE_CHECKING:
@@ -80,26 +84,96 @@ def profile(kind: str, top: float) -> np.ndarray:
     return np.column_stack([time, top * np.interp(time, table[:, 0], table[:, 1])])
 
 
-def propose(study: Study, out: Path) -> dict[str, Any] | None:
-    """What to do next, its profile written to `next_experiment.csv`; None where nothing is open."""
+MENU = ("steps", "amplitude ladder", "rates", "slow ramp", "low ramp", "hold and recovery", "flip")
+"""What may be tried in place of an effect's own experiment, cheapest first."""
+SURE = 5.0
+"""Whitened distance at which two explanations are told apart without doubt."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to do next: the kind, why, the profile (n, 2) s and Pa, and what is foretold, if anything is."""
+
+    kind: str
+    why: str
+    table: np.ndarray
+    told: Foretold | None = None
+
+
+def plan(study: Study) -> Plan | None:
+    """The experiment that tells the explanations apart; None where nothing is open.
+
+    An effect's own experiment, where it leaves the nearest two `SURE` apart or needs another sensor; else the
+    cheapest of the menu that does, else the one that does best.
+    """
     d = study.decision
     if d.verdict in ("none", "insufficient"):
         return None
-    open_names = list(dict.fromkeys([*d.chosen, *(r for rs in d.rivals.values() for r in rs)]))
+    top = study.after.p_max
     if d.verdict == "unexplained":
-        kind = "rates"
         why = "loops at three rates and two offsets tell memory, rate and static shape apart"
-    elif len(open_names) > len(d.chosen):
+        return Plan("rates", why, profile("rates", top))
+    rivals = list(dict.fromkeys(r for rs in d.rivals.values() for r in rs))
+    if rivals:
         first = next(n for n in d.chosen if d.rivals.get(n))
-        kind = EFFECTS[first].experiment
         why = f"it would tell {first} from {', '.join(d.rivals[first])}"
     else:
-        kind = EFFECTS[d.chosen[0]].experiment
-        why = f"an intervention of its own would confirm {d.chosen[0]}"
-    table = profile(kind, study.after.p_max)
+        first = d.chosen[0]
+        why = f"an intervention of its own would confirm {first}"
+    chains = explanations(study)
+    own = EFFECTS[first].experiment
+    kinds = [own, *(k for k in MENU if k != own and not study.after.base.slow)]
+    best: Foretold | None = None
+    for kind in kinds if chains else ():
+        told = foretell(study, kind, profile(kind, top), chains)
+        if told is not None and (best is None or told.least > best.least):
+            best = told
+        if best is not None and best.least >= SURE:
+            break
+    if (
+        best is None or best.least < 1.0
+    ):  # the output alone would not tell: what its own experiment measures does
+        told = foretell(study, own, profile(own, top), chains) if chains else None
+        return Plan(own, why, profile(own, top), told)
+    return Plan(best.kind, why, profile(best.kind, top), best)
+
+
+def propose(study: Study, out: Path) -> dict[str, Any] | None:
+    """The plan as the report has it; its profile goes to `next_experiment.csv`, the curves beside it."""
+    made = plan(study)
+    if made is None:
+        return None
     chambers = study.case.data.pressure.shape[1]
     heads = ["pressure [kPa]"] if chambers == 1 else [f"pressure {j + 1} [kPa]" for j in range(chambers)]
     lines = [",".join(["time [s]", *heads])]
-    lines += [",".join([f"{t:.4g}", *([f"{p / 1e3:.6g}"] * chambers)]) for t, p in table]
+    lines += [",".join([f"{t:.4g}", *([f"{p / 1e3:.6g}"] * chambers)]) for t, p in made.table]
     write_whole(out / "next_experiment.csv", "\n".join(lines) + "\n")
-    return {"what": WHAT[kind], "why": why, "profile": "next_experiment.csv"}
+    found: dict[str, Any] = {"what": WHAT[made.kind], "why": made.why, "profile": "next_experiment.csv"}
+    told = made.told
+    if told is None:
+        return found
+    name = study.after.base.names[0]
+    unit = study.case.split.records[0].units[name]
+    size = unit_size(unit, name)
+    found["why"] += "; " + words(told, unit, size)
+    columns = [
+        (f"{label}: {output} [{unit}]", curve[:, j] / size)
+        for label, curve in told.curves.items()
+        for j, output in enumerate(study.after.base.names)
+    ]
+    table = np.column_stack([told.time, *(c for _, c in columns)])
+    text = "\n".join(
+        [
+            ",".join(["time [s]", *(h for h, _ in columns)]),
+            *(",".join(f"{v:.6g}" for v in row) for row in table),
+        ]
+    )
+    write_whole(out / "next_experiment_foretold.csv", text + "\n")
+    found["foretold"] = "next_experiment_foretold.csv"
+    found["apart"] = [
+        {"between": list(pair), "largest": largest * told.noise / size, "unit": unit, "deviations": far}
+        for pair, (largest, far) in told.apart.items()
+    ]
+    picture = foretold_picture(told, study.after.base.names, unit, size, WHAT[made.kind])
+    write_whole(out / "next_experiment.png", picture)
+    return found

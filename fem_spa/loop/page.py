@@ -62,13 +62,13 @@ def write_page(study: Study, report: dict[str, Any], out: Path) -> None:
             _verdict(report, name),
             _tiles(report),
             _warnings(report),
-            _figures(first),
+            *(_figures([picture]) for picture in first),
             _effects(report),
-            _next(report),
+            _next(report, out),
             _records(study, report),
             _places(report),
             _excluded(report),
-            _section("Behind it", _figures(more)),
+            _section("Behind it", "".join(_figures([picture]) for picture in more)),
             _audit(report),
         ],
     )
@@ -139,8 +139,25 @@ def _verdict(report: dict[str, Any], name: str) -> str:
     above = f"{name}: a diagnosis by fem_spa &middot; verdict <b>{_text(report['verdict'])}</b>"
     return (
         f'<header class="{kind}"><p class="name">{above}</p>'
-        f"<h1>{_text(sentence(report))}</h1><p>{_text(words)}</p>{signature}</header>\n"
+        f"<h1>{_text(sentence(report))}</h1><p><b>{_text(plainly(report))}</b></p>"
+        f"<p>{_text(words)}</p>{signature}</header>\n"
     )
+
+
+def plainly(report: dict[str, Any]) -> str:
+    """What it comes to, for one who knows the actuator and no statistics."""
+    held, unit, span = report["error"]["heldout"], report["error"]["unit"], report["error"]["span"]
+    if held["before"] is None:
+        return ""
+    before = f"On records kept aside the model errs by {number(held['before'], 3)} {unit}"
+    before += f" ({100 * held['before'] / span:.2g} % of the range)"
+    if not report["effects"]:
+        return before + "."
+    after, names = held["after"], [e["name"] for e in report["effects"]]
+    less = 100 * (1.0 - after / held["before"]) if held["before"] else 0.0
+    change = f"{less:.0f} % less" if less >= 0 else f"{-less:.0f} % more"
+    text = f"{before}; with {' and '.join(names)} in it by {number(after, 3)} {unit}, {change}."
+    return f"{text} What it looks like: " + "; ".join(f"{n}: {EFFECTS[n].words}" for n in names) + "."
 
 
 def _tiles(report: dict[str, Any]) -> str:
@@ -149,12 +166,12 @@ def _tiles(report: dict[str, Any]) -> str:
     labels = {
         "before": "error before, records not used",
         "after": "error after, the same records",
-        "floor": "how far repeats differ" if repeated else "what a flexible learner reaches there",
+        "floor": "how far repeats differ" if repeated else "about the least that any model could reach",
     }
     tiles = [(f"{number(held[k], 3)} {unit}", word) for k, word in labels.items() if held[k] is not None]
     tiles.append((f"{number(report['error']['span'], 3)} {unit}", "range of the output"))
     if report["effects"]:
-        tiles.append((f"{100 * report['explained']:.0f} %", "of the predictable error explained (training)"))
+        tiles.append((f"{100 * report['explained']:.0f} %", "of what could be explained is explained"))
     cells = (f"<div><strong>{value}</strong><span>{_text(label)}</span></div>" for value, label in tiles)
     return f'<section class="tiles">{"".join(cells)}</section>\n'
 
@@ -209,13 +226,20 @@ def _parameter(name: str, p: dict[str, Any]) -> str:
     return f"{text} <small>({number(p['low'], 3)} to {number(p['high'], 3)})</small>"
 
 
-def _next(report: dict[str, Any]) -> str:
+def _next(report: dict[str, Any], out: Path) -> str:
     plan = report["next_experiment"]
     if plan is None:
         return ""
     words = f"<b>{_text(plan['what'])}</b>: {_text(plan['why'])}."
     file = f"The pressures to command are in <code>{_text(plan['profile'])}</code>."
-    return _section("Next experiment", f"<p>{words} {file}</p>")
+    picture = ""
+    if "foretold" in plan:
+        file += f" What each explanation foretells is in <code>{_text(plan['foretold'])}</code>."
+        data = (out / "next_experiment.png").read_bytes()
+        picture = _figures(
+            [(data, "", "What each explanation foretells: where the bands part, one run decides.")]
+        )
+    return _section("Next experiment", f"<p>{words} {file}</p>{picture}")
 
 
 def _records(study: Study, report: dict[str, Any]) -> str:

@@ -15,6 +15,7 @@ from fem_spa.output.style import ACCENT, GREY, INK, SECOND, figure, tidy
 if TYPE_CHECKING:
     from fem_spa.loop.diagnose import Study
     from fem_spa.loop.records import Record
+    from fem_spa.loop.rival_curves import Foretold
 
 MOST = 4000
 """Points drawn of one record."""
@@ -90,6 +91,42 @@ def measured_beside(record: Record, names: Sequence[str], rows: np.ndarray) -> b
     axes.set_xlabel("time [s]")
     axes.legend(frameon=False, fontsize=9)
     tidy(axes)
+    return drawn(drawing)
+
+
+def foretold_picture(told: Foretold, names: Sequence[str], unit: str, size: float, title: str) -> bytes:
+    """The next experiment: what each explanation foretells, how far apart, and how readings scatter."""
+    drawing = figure(10.5, 6.0)
+    upper, lower, command = drawing.subplots(3, 1, sharex=True, height_ratios=(2.0, 1.2, 0.7))
+    colours = [ACCENT, SECOND, GREY, "#7a5195", "#2f8f6b", "#b8860b"]
+    labels = list(told.curves)
+    first = told.curves[labels[0]]
+    j = int(
+        np.argmax(
+            [
+                max(np.abs(c[:, k] - first[:, k]).max() for c in told.curves.values())
+                for k in range(len(names))
+            ]
+        )
+    )
+    band = told.noise / size
+    for k, label in enumerate(labels):
+        y, colour = told.curves[label][:, j] / size, colours[k % len(colours)]
+        upper.plot(told.time, y, color=colour, linewidth=1.2, label=label)
+        off = y - first[:, j] / size
+        lower.plot(told.time, off, color=colour, linewidth=1.0)
+        lower.fill_between(told.time, off - band, off + band, color=colour, alpha=0.15, linewidth=0)
+    command.plot(told.time, told.pressure / 1e3, color=INK, linewidth=1.0)
+    upper.set_title(title, loc="left")
+    upper.set_ylabel(f"{names[j]} [{unit}]")
+    upper.legend(frameon=False, fontsize=9, ncols=3)
+    lower.set_ylabel(
+        f"less that of\n{labels[0]} [{unit}]" if len(labels[0]) < 18 else f"less the first [{unit}]"
+    )
+    command.set_ylabel("pressure\n[kPa]")
+    command.set_xlabel("time [s]  (bands: one standard deviation of the readings)")
+    for axes in (upper, lower, command):
+        tidy(axes, axes is not upper)
     return drawn(drawing)
 
 
