@@ -52,6 +52,7 @@ def run(out: Path) -> int:
     left, right = drawing.subplots(1, 2)
     names = ("pressure [kPa]", "displacement of the top [mm]")
     paint(left, "Free", names, {"FE": move}, {"paper": DISPLACEMENT})
+    left.legend(frameon=False, fontsize=9, loc="upper left")
     names = ("pressure [kPa]", f"force of the top, held at {RETRACTED} [N]")
     paint(right, "Blocked", names, {"FE": force}, {"paper": BLOCKED})
     save(drawing, out / "bellow.png")
