@@ -54,7 +54,7 @@ def started(folder: Path) -> Iterator[Machines]:
     file = folder / "scheduler.json"
     path = os.pathsep.join([str(Path(jobs.__file__).parent), *filter(None, sys.path)])
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    quiet["env"] = {**os.environ, "PYTHONPATH": path}
+    quiet["env"] = {**os.environ, "PYTHONPATH": path, "DASK_TEMPORARY_DIRECTORY": str(folder)}
     head = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
     work = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny"]
     head += ["--no-dashboard", "--scheduler-file", str(file)]
