@@ -31,9 +31,7 @@ def main() -> None:
         f"{p} {importlib.metadata.version(p)}" for p in ("numpy", "scipy", "scikit-fem", "numba")
     )
     print("# Verification of the solver\n")
-    print(
-        "What `python benchmarks/verification.py > docs/verification.md` prints; tests/solid holds the same"
-    )
+    print("What `python benchmarks/verification` prints; tests/solid holds the same")
     print("cases to the bounds given here.\n")
     print(
         f"{datetime.date.today()}, {platform.system()} {platform.machine()}, {os.cpu_count()} cores, "
