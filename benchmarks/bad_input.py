@@ -1,6 +1,6 @@
 """Random decks, cards, test files, records, models, meshes and command lines, through the program's entry.
 
-    python benchmarks/bad_input.py [--draws 2000] [--seed 0] [--only KIND ...]
+    python benchmarks/bad_input.py [--draws 2000] [--seed 0] [--only KIND ...] [--write]
 
 Each draw is a good input that hypothesis has changed: values, keys, bytes, rows, nodes. It is refused (status
 2, one line, nothing written), or the job ends early with a reason (1), or it succeeds with sensible results
@@ -30,6 +30,7 @@ from pathlib import Path
 from unittest import mock
 
 from bad_input_draws import Draw, draws
+from faults import put
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
 from fem_spa.cli import main as program
@@ -195,11 +196,20 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="*", default=[])
+    parser.add_argument("--write", action="store_true", help="put the table into docs/reliability.md")
     parser.add_argument("--keep", type=Path, help="folder for the inputs that went wrong")
     arguments = parser.parse_args()
     with contextlib.suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_AS, (int(MEMORY), resource.RLIM_INFINITY))
-    wrong = run(arguments.draws, arguments.seed, tuple(arguments.only), lambda text: print(text, flush=True))
+    lines: list[str] = []
+
+    def tell(text: str) -> None:
+        print(text, flush=True)
+        lines.append(text)
+
+    wrong = run(arguments.draws, arguments.seed, tuple(arguments.only), tell)
+    if arguments.write:
+        put("bad_input.py", lines)
     for number, (draw, why) in enumerate(wrong if arguments.keep else []):
         folder = arguments.keep / str(number)
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,7 @@
 """What is left when runs break: killed at random moments, a full disk, a closed folder, two runs in one.
 
-    python benchmarks/faults.py kills [--kills 50] [--only NAME] [--seed 0] [--folder DIR]
-    python benchmarks/faults.py places [--folder DIR]
+    python benchmarks/faults.py kills [--kills 50] [--only NAME] [--seed 0] [--folder DIR] [--write]
+    python benchmarks/faults.py places [--folder DIR] [--write]
 
 `kills`: jobs are killed (SIGKILL, every other time with all their processes) at moments drawn evenly over the
 processor time that they take, then the same command is given again (`solve` with `--resume`). After every
@@ -46,6 +46,7 @@ DECKS = {
         loads='control = "volume"\nvolume_ratio = 1.6\npoints = 6',
     ),
 }
+Tell = Callable[[str], None]
 SHARES = {"solve, contact": 0.36, "solve, volume": 0.32, "diagnose": 0.16, "sweep": 0.16}
 
 
@@ -215,13 +216,13 @@ def processor_time(session: int) -> float:
     return total / os.sysconf("SC_CLK_TCK")
 
 
-def kills(folder: Path, count: int, seed: int, only: str) -> int:
+def kills(folder: Path, count: int, seed: int, only: str, tell: Tell) -> int:
     """The table of all jobs; 1 where something was lost."""
     rng = random.Random(seed)
     every = [job for job in jobs(folder) if only in job.name]
     total = sum(SHARES[job.name] for job in every)
     print("| job | takes | killed | went on after step | anew | had ended | half-written files | same |")
-    print("|---|---|---|---|---|---|---|---|")
+    tell("|---|---|---|---|---|---|---|---|")
     for job in every:
         out = folder / f"{job.name.replace(', ', '_')}_reference"
         before = os.times()
@@ -236,18 +237,17 @@ def kills(folder: Path, count: int, seed: int, only: str) -> int:
         went = sorted(job.steps)
         on = f"{went[0]} to {went[-1]}" if went else "-"
         anew = job.kills - len(went) - job.ended if job.steps else "-"
-        print(
+        tell(
             f"| {job.name} | {job.seconds:.1f} s | {job.kills} | {on} | {anew} | {job.ended} "
             f"| {len(job.torn)} | {job.equal} of {job.kills} |",
-            flush=True,
         )
     for job in every:
         for line in [*job.torn, *job.wrong]:
-            print(f"{job.name}: {line}")
+            tell(f"{job.name}: {line}")
     return int(any(job.torn or job.wrong for job in every))
 
 
-def places(folder: Path) -> int:
+def places(folder: Path, tell: Tell) -> int:
     """Folders that cannot take the results, each with the line that says so."""
     (folder / "volume.toml").write_text(DECKS["volume"], encoding="utf-8")
 
@@ -262,10 +262,10 @@ def places(folder: Path) -> int:
         lines = [line for line in done.stderr.splitlines() if line.startswith(("fem-spa", "interrupted"))]
         return f"{done.returncode} | {' / '.join(lines).replace(str(folder), '...') or 'done'}"
 
-    print("| DIR | status | the line |\n|---|---|---|")
+    tell("| DIR | status | the line |\n|---|---|---|")
     (folder / "file").write_text("a file\n")
-    print(f"| is a file | {solve(folder / 'file')} |")
-    print(f"| is below a file | {solve(folder / 'file' / 'below')} |")
+    tell(f"| is a file | {solve(folder / 'file')} |")
+    tell(f"| is below a file | {solve(folder / 'file' / 'below')} |")
     whole = folder / "whole"
     solve(whole)
     kept = (whole / "curve.csv").read_bytes()
@@ -276,17 +276,17 @@ def places(folder: Path) -> int:
             ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(small)], check=False
         )
         if done.returncode:
-            print(f"| a disk of {size} | not tried: mounting is not allowed here | |")
+            tell(f"| a disk of {size} | not tried: mounting is not allowed here | |")
             continue
         try:
-            print(f"| a disk of {size} | {solve(small)} |")
+            tell(f"| a disk of {size} | {solve(small)} |")
             rows = (small / "curve.csv").read_bytes().count(b"\n") - 1
-            print(f"| - rows of curve.csv that stay, files torn | {rows}, {len(torn(small))} | |")
+            tell(f"| - rows of curve.csv that stay, files torn | {rows}, {len(torn(small))} | |")
             subprocess.run(["mount", "-o", "remount,size=20m", str(small)], check=True)
-            print(f"| - with room made, `--resume` | {solve(small, '--resume')} |")
-            print(f"| - the curve is the same | {(small / 'curve.csv').read_bytes() == kept} | |")
+            tell(f"| - with room made, `--resume` | {solve(small, '--resume')} |")
+            tell(f"| - the curve is the same | {(small / 'curve.csv').read_bytes() == kept} | |")
             subprocess.run(["mount", "-o", "remount,ro", str(small)], check=True)
-            print(f"| - made read-only | {solve(small)} |")
+            tell(f"| - made read-only | {solve(small)} |")
         finally:
             subprocess.run(["umount", str(small)], check=True)
     first = subprocess.Popen(
@@ -297,10 +297,20 @@ def places(folder: Path) -> int:
     )
     while not (folder / "two" / ".lock").is_file():
         time.sleep(0.01)
-    print(f"| another run is there | {solve(folder / 'two')} |")
+    tell(f"| another run is there | {solve(folder / 'two')} |")
     first.wait()
-    print(f"| - the other run's curve | {(folder / 'two' / 'curve.csv').read_bytes() == kept} | |")
+    tell(f"| - the other run's curve | {(folder / 'two' / 'curve.csv').read_bytes() == kept} | |")
     return 0
+
+
+def put(name: str, lines: list[str]) -> None:
+    """Replace what stands between the marks of `name` in docs/reliability.md."""
+    page = Path(__file__).parents[1] / "docs" / "reliability.md"
+    text = page.read_text(encoding="utf-8")
+    before, mark, rest = text.partition(f"<!-- {name} -->\n")
+    _, end, after = rest.partition(f"<!-- end of {name} -->")
+    if mark and end:
+        page.write_text(before + mark + "\n".join(lines) + "\n" + end + after, encoding="utf-8")
 
 
 def main() -> int:
@@ -312,14 +322,25 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--only", default="", help="part of the name of the jobs that are killed")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--write", action="store_true", help="put the table into docs/reliability.md")
     parser.add_argument("--folder", type=Path, help="scratch folder, empty (default: a temporary one)")
     arguments = parser.parse_args()
+    lines: list[str] = []
+
+    def tell(text: str) -> None:
+        print(text, flush=True)
+        lines.append(text)
+
     with tempfile.TemporaryDirectory() as temporary:
         folder = (arguments.folder or Path(temporary)).resolve()
         folder.mkdir(parents=True, exist_ok=True)
         if arguments.what == "places":
-            return places(folder)
-        return kills(folder, arguments.kills, arguments.seed, arguments.only)
+            status = places(folder, tell)
+        else:
+            status = kills(folder, arguments.kills, arguments.seed, arguments.only, tell)
+    if arguments.write:
+        put(f"faults.py {arguments.what}", lines)
+    return status
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 def bad_input(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     yield importlib.import_module("bad_input")
-    for name in ("bad_input", "bad_input_draws"):
+    for name in ("bad_input", "bad_input_draws", "faults"):
         sys.modules.pop(name, None)
 
 
