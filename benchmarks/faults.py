@@ -225,12 +225,17 @@ def kills(folder: Path, count: int, seed: int, only: str, tell: Tell) -> int:
     tell("|---|---|---|---|---|---|---|---|")
     for job in every:
         out = folder / f"{job.name.replace(', ', '_')}_reference"
-        before = os.times()
-        subprocess.run(
-            command(*job.words, "--out", str(out)), cwd=folder, check=True, capture_output=True, text=True
-        )
-        after = os.times()
-        job.seconds = sum(after[2:4]) - sum(before[2:4])
+        for place in (folder / "first", out):  # the first one may compile
+            before = os.times()
+            subprocess.run(
+                command(*job.words, "--out", str(place)),
+                cwd=folder,
+                check=True,
+                capture_output=True,
+                text=True,
+            )
+            after = os.times()
+            job.seconds = sum(after[2:4]) - sum(before[2:4])
         job.reference = job.same(out)
         for k in range(round(count * SHARES[job.name] / total)):
             kill_once(job, folder, folder / f"{job.name.replace(', ', '_')}_{k}", rng, k % 2 == 0)
