@@ -225,7 +225,7 @@ def kills(folder: Path, count: int, seed: int, only: str, tell: Tell) -> int:
     tell("|---|---|---|---|---|---|---|---|")
     for job in every:
         out = folder / f"{job.name.replace(', ', '_')}_reference"
-        for place in (folder / "first", out):  # the first one may compile
+        for place in (out.with_name(f"{out.name}_first"), out):  # the first one may compile
             before = os.times()
             subprocess.run(
                 command(*job.words, "--out", str(place)),
