@@ -23,8 +23,9 @@ from fem_spa.solid.resources import Scratch, free_disk, free_memory
 
 FACTORS = ("auto", "memory", "disk")
 _KEPT_FREE = 0.2  # of the free memory: for what else grows during a run
-_IN_CORE = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.3)
-"""Of the factors' size: what PARDISO may hold in memory where they are on disk."""
+_FRONT = (
+    0.2  # of the factors: the largest front that PARDISO holds while it writes them; 0.12 at most was seen
+)
 
 
 class SingularMatrix(ArithmeticError):
@@ -108,7 +109,7 @@ class Pardiso:
         self._pt = np.zeros(64, dtype=np.int64)
         self._iparm = np.zeros(64, dtype=np.int32)
         self._analysed = False
-        self._needed_bytes = self._factor_bytes = 0.0
+        self._needed_bytes = self._factor_bytes = self._kept_bytes = 0.0
         self._megabytes = 0  # of memory that PARDISO may use where the factors are on disk
         self._data = np.zeros(0)
 
@@ -118,10 +119,8 @@ class Pardiso:
             self._analyse()
         try:
             self._call(22)
-        except MemoryError:
-            if self._where == "memory":
-                raise self._too_large() from None
-            self._retry_on_disk()
+        except MemoryError:  # another try would not do: PARDISO leaves a damaged heap behind
+            raise self._too_large() from None
         self.factorizations += 1
 
     def solve(self, b):
@@ -140,32 +139,17 @@ class Pardiso:
         if self._where == "disk" or (
             self._where == "auto" and self._needed_bytes > (1.0 - _KEPT_FREE) * free_memory()
         ):
-            self._to_disk(_IN_CORE[0])
+            self._to_disk()
 
-    def _to_disk(self, share: float) -> None:
-        """The analysis again, for factors on disk; PARDISO may hold `share` of them in memory."""
-        if 1.1 * self._factor_bytes > free_disk():
+    def _to_disk(self) -> None:
+        """The analysis again, for factors on disk; it keeps no more than the first one did."""
+        needed = 1.1 * self._kept_bytes + _FRONT * self._factor_bytes
+        if 1.2 * self._factor_bytes > free_disk() or needed > (1.0 - _KEPT_FREE) * free_memory():
             raise self._too_large()
         self._call(-1)
-        self._scratch = self._scratch or Scratch()
-        self._megabytes = int(share * self._factor_bytes / 2**20) + 1
+        self._scratch = Scratch()
+        self._megabytes = int(needed / 2**20) + 16
         self._symbolic()
-
-    def _retry_on_disk(self) -> None:
-        """With as little memory as will do; PARDISO says at once where it is too little."""
-        tried = self._megabytes
-        for share in _IN_CORE:
-            if share * self._factor_bytes <= tried * 2**20:
-                continue
-            if share * self._factor_bytes > (1.0 - _KEPT_FREE) * free_memory():
-                break
-            self._to_disk(share)
-            try:
-                self._call(22)
-                return
-            except MemoryError:
-                continue
-        raise self._too_large()
 
     def _symbolic(self) -> None:
         out_of_core = self._scratch is not None
@@ -187,6 +171,7 @@ class Pardiso:
         # iparm 15 to 17 in KB, later overwritten: peak of the analysis, what is kept of it, the factors
         peak, kept, self._factor_bytes = (1024.0 * float(k) for k in self._iparm[14:17])
         self._needed_bytes = max(peak, kept + self._factor_bytes)
+        self._kept_bytes = kept
 
     def _too_large(self) -> InputError:
         return InputError(
@@ -200,7 +185,7 @@ class Pardiso:
         if self._scratch is not None:  # MKL asks for these in every phase
             os.environ["MKL_PARDISO_OOC_PATH"] = str(self._scratch.path)
             os.environ["MKL_PARDISO_OOC_MAX_CORE_SIZE"] = str(self._megabytes)
-            threads = 1  # with two, one of some hundred factorizations was wrong in the fourth digit
+            threads = 1  # with two, the last digits differ from call to call, and a resumed run with them
         unused = np.zeros(1)
         error = ctypes.c_int32(0)
         before = self._threads(threads)
