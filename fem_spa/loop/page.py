@@ -157,7 +157,7 @@ def plainly(report: dict[str, Any]) -> str:
     less = 100 * (1.0 - after / held["before"]) if held["before"] else 0.0
     change = f"{less:.0f} % less" if less >= 0 else f"{-less:.0f} % more"
     text = f"{before}; with {' and '.join(names)} in it by {number(after, 3)} {unit}, {change}."
-    return f"{text} What it looks like: " + "; ".join(f"{n}: {EFFECTS[n].words}" for n in names) + "."
+    return f"{text} " + " ".join(f"What {n} looks like: {EFFECTS[n].words}." for n in names)
 
 
 def _tiles(report: dict[str, Any]) -> str:

@@ -31,10 +31,11 @@ def drawn(drawing: Any) -> bytes:
 def _shown(study: Study) -> int:
     """The record that tells most: held out, with the largest error before."""
     records, train = study.case.split.records, study.case.split.train
-    name = study.after.base.names[0]
+    names = study.after.base.names
     best, most = 0, -1.0
     for i, (record, fit) in enumerate(zip(records, train, strict=True)):
-        error = float(np.nanmean((record.outputs[name] - study.before_rows[i][:, 0]) ** 2))
+        measured = np.stack([record.outputs[name] for name in names], axis=1)
+        error = float(np.nanmean((measured - study.before_rows[i]) ** 2))
         if (not fit or all(train)) and error > most:
             best, most = i, error
     return best
@@ -130,6 +131,11 @@ def foretold_picture(told: Foretold, names: Sequence[str], unit: str, size: floa
     return drawn(drawing)
 
 
+def _which(names: Sequence[str], j: int) -> str:
+    """The output that a picture is of, where there are several: the one with most to show."""
+    return f", {names[j]}" if len(names) > 1 else ""
+
+
 def loops(study: Study) -> bytes:
     """Residual over pressure, by the direction of motion; before and after, all training rows."""
     data, chain, names = study.case.data, study.case.chain, study.after.base.names
@@ -139,11 +145,12 @@ def loops(study: Study) -> bytes:
     q = chain.context(data).drive * chain.p_max / 1e3
     rising = (q - play(data, q, 0.01 * chain.p_max / 1e3)) > 0.0
     rows = data.train & data.known
+    j = int(np.argmax(np.mean((data.output - chain.predict(data))[rows] ** 2, axis=0)))
     changed = bool(study.decision.chosen)
     drawing = figure(10.5 if changed else 6.4, 4.4)
     panels = np.atleast_1d(drawing.subplots(1, 2 if changed else 1, sharey=True))
     for axes, (word, model) in zip(panels, (("before", chain), ("after", study.after)), strict=False):
-        left = (data.output - model.predict(data))[:, 0] / size
+        left = (data.output - model.predict(data))[:, j] / size
         for mask, color, label in ((rising, ACCENT, "pressure rising"), (~rising, SECOND, "falling")):
             pick = np.nonzero(rows & mask)[0]
             pick = pick[:: max(len(pick) // 2500, 1)]
@@ -151,7 +158,7 @@ def loops(study: Study) -> bytes:
         axes.set_title(f"What the model leaves, {word}", loc="left")
         axes.set_xlabel("pressure [kPa]")
         tidy(axes)
-    panels[0].set_ylabel(f"measured less model [{unit}]")
+    panels[0].set_ylabel(f"measured less model{_which(names, j)} [{unit}]")
     panels[0].legend(frameon=False, fontsize=9, markerscale=5)
     return drawn(drawing)
 
@@ -163,8 +170,10 @@ def rates(study: Study) -> bytes:
     unit = record.units[names[0]]
     size = unit_size(unit, names[0])
     q = chain.context(data).drive * chain.p_max / 1e3
-    left = (data.output - chain.predict(data))[:, 0] / size
-    after = (data.output - study.after.predict(data))[:, 0] / size
+    both = data.output - chain.predict(data)
+    j = int(np.argmax(np.mean(both[data.train & data.known] ** 2, axis=0)))
+    left = both[:, j] / size
+    after = (data.output - study.after.predict(data))[:, j] / size
     speeds = []
     for run in data.runs:
         moving = np.abs(np.diff(q[run.part])) / run.step
@@ -187,7 +196,7 @@ def rates(study: Study) -> bytes:
             two.plot(run.step * np.arange(0, lags, 4), acf, style, color=colour, linewidth=0.8)
     one.set_title("Loops by rate, before", loc="left")
     one.set_xlabel("pressure [kPa]")
-    one.set_ylabel(f"measured less model [{unit}]")
+    one.set_ylabel(f"measured less model{_which(names, j)} [{unit}]")
     one.legend(frameon=False, fontsize=8, title="mean rate", title_fontsize=8)
     two.set_title("Memory of the remainder", loc="left")
     two.set_xlabel("lag [s]  (solid before, dotted after)")
