@@ -1,6 +1,6 @@
 """Time and memory of the solver from thirty thousand to six hundred thousand unknowns.
 
-    python benchmarks/size.py                        # all sizes, in memory and on disk; an hour or two
+    python benchmarks/size.py                        # all sizes, in double and single precision; an hour
     python benchmarks/size.py --sizes 3 2 --steps 2  # elements of 3 and 2 mm, two load steps
     python benchmarks/size.py --write                # and the tables into docs/reliability.md
 
@@ -124,7 +124,7 @@ def in_a_process(size: float, factors: str, steps: int) -> dict[str, Any] | None
     one = dict.fromkeys(
         ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"
     )
-    say(f"{size} mm, factors in {factors}")
+    say(f"{size} mm, factors in {factors} precision")
     command = [sys.executable, __file__, "--one", str(size), factors, "--steps", str(steps)]
     done = subprocess.run(command, env={**os.environ, **one}, stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode:
@@ -152,7 +152,7 @@ def tables(runs: list[dict[str, Any]]) -> str:
             "share of factorization and analysis", "Newton iterations (factorizations)",
             "all [s] (wall)", "angle [deg]"]  # fmt: skip
     rows = []
-    for run in sorted(runs, key=lambda r: (r["unknowns"], r["factors"] == "disk")):
+    for run in sorted(runs, key=lambda r: (r["unknowns"], r["factors"] == "single")):
         once, parts = run["once"], run["parts"]
         share = (parts["factorization"] + parts["analysis"]) / run["seconds"]
         rows.append(
@@ -163,7 +163,7 @@ def tables(runs: list[dict[str, Any]]) -> str:
              f"{run['seconds']:.0f} ({run['wall']:.0f})", f"{run['angle']:.7f}"]
         )  # fmt: skip
     out = [table(head, rows), ""]
-    kinds = {kind: [r for r in runs if r["factors"] == kind] for kind in ("memory", "disk")}
+    kinds = {kind: [r for r in runs if r["factors"] == kind] for kind in ("double", "single")}
     values = {
         "a factorization": lambda r: r["once"]["factorization"],
         "a back-substitution": lambda r: r["once"]["back-substitution"],
@@ -174,35 +174,30 @@ def tables(runs: list[dict[str, Any]]) -> str:
     }
     out.append(
         table(
-            ["exponent of the unknowns in", *(f"factors in {kind}" for kind in kinds)],
+            ["exponent of the unknowns in", *(f"factors in {kind} precision" for kind in kinds)],
             [
                 [name, *(f"{fit(of, value)[1]:.2f}" if len(of) > 1 else "" for of in kinds.values())]
                 for name, value in values.items()
             ],
         )
     )
-    if len(kinds["memory"]) > 2 and len(kinds["disk"]) > 2:
-        out += ["", ends_of_memory(kinds["memory"], kinds["disk"])]
+    if len(kinds["double"]) > 2:
+        out += ["", ends_of_memory(kinds["double"])]
     return "\n".join(out)
 
 
-def ends_of_memory(memory: list[dict[str, Any]], disk: list[dict[str, Any]]) -> str:
+def ends_of_memory(runs: list[dict[str, Any]]) -> str:
     """How many unknowns fit into 80 % of a memory: factors by their power law, all else linear in them."""
-    factor, exponent = fit(memory, lambda r: r["factor_bytes"])
+    factor, exponent = fit(runs, lambda r: r["factor_bytes"])
     n = np.linspace(1e4, 1e8, 200_000)
-    peak = {}
-    for kind, runs, kept in (("memory", memory, factor * n**exponent), ("disk", disk, 0.0)):
-        rest = [r["peak_bytes"] - (r["factor_bytes"] if kind == "memory" else 0.0) for r in runs]
-        slope, base = np.polyfit([r["unknowns"] for r in runs], rest, 1)
-        peak[kind] = base + slope * n + kept
+    rest = [r["peak_bytes"] - r["factor_bytes"] for r in runs]
+    slope, base = np.polyfit([r["unknowns"] for r in runs], rest, 1)
     rows = []
     for gibibytes in (4, 8, 16, 24, 32, 64):
-        ends = [n[peak[kind] < 0.8 * gibibytes * GIB][-1] for kind in peak]
-        disk_use = 1e-9 * factor * ends[1] ** exponent
-        rows.append([f"{gibibytes}", *(f"{end / 1e6:.2g} million" for end in ends), f"{disk_use:.0f}"])
-    return table(
-        ["memory [GiB]", "factors in memory up to", "factors on disk up to", "disk for that [GB]"], rows
-    )
+        peaks = [base + slope * n + part * factor * n**exponent for part in (1.0, 0.5)]
+        ends = [n[peak < 0.8 * gibibytes * GIB][-1] for peak in peaks]
+        rows.append([f"{gibibytes}", *(f"{end / 1e6:.2g} million" for end in ends)])
+    return table(["memory [GiB]", "double precision up to", "single precision up to"], rows)
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
@@ -226,7 +221,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--sizes", type=float, nargs="+", default=SIZES, help="mm, of the elements")
-    parser.add_argument("--factors", nargs="+", choices=("memory", "disk"), default=("memory", "disk"))
+    parser.add_argument("--factors", nargs="+", choices=("double", "single"), default=("double", "single"))
     parser.add_argument("--steps", type=int, default=1)
     parser.add_argument("--keep", type=Path, help="JSON of what was measured; added to")
     parser.add_argument("--write", action="store_true", help="the tables into docs/reliability.md")

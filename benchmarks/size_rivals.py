@@ -7,8 +7,7 @@
 The tangent is that of `size.py`'s case at 10 kPa, the right-hand side the cavity's dV/dx, solved to 1e-8.
 Every rival has a process of its own with one thread; times are of the processor.
 
-- memory, disk: PARDISO as `fem_spa.solid.linear` has it.
-- single: PARDISO's factors in single precision, in memory, as the preconditioner of GMRES.
+- double, single: PARDISO as `fem_spa.solid.linear` has it, its factors in double or single precision.
 - multigrid: GMRES with a block-triangular preconditioner (Elman, Silvester and Wathen, Finite Elements and
   Fast Iterative Solvers, 2014, ch. 4): displacements by smoothed aggregation (PyAMG) with the six rigid
   motions of the deformed body as near null space, pressures by the mass matrix over the shear modulus.
@@ -34,7 +33,7 @@ from scipy.sparse import coo_matrix, csr_matrix, triu
 from size import DECK, say, table, write
 from solver_case import peak_mb
 
-RIVALS = ("memory", "disk", "single", "multigrid", "two levels")
+RIVALS = ("double", "single", "multigrid", "two levels")
 TOLERANCE = 1e-8
 MOST = 300
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
@@ -70,7 +69,7 @@ def make_case(size: float) -> Case:
 
     with tempfile.TemporaryDirectory() as folder:
         deck = Path(folder) / "deck.toml"
-        deck.write_text(DECK.format(size=size, factors="memory", steps=2), encoding="utf-8")
+        deck.write_text(DECK.format(size=size, factors="double", steps=2), encoding="utf-8")
         setup = prepare(read_deck(deck))
     cavity = setup.problem.mesh.cavities[0]
     problem = replace(setup.problem, loads=replace(setup.problem.loads, points=[{cavity: 1e4}]))
@@ -113,26 +112,6 @@ def pardiso(case: Case, factors: str) -> tuple[Apply, float]:
 
     solver = Pardiso(case.system.pattern, factors)
     solver.factorize(case.data)
-    return solver.solve, solver._factor_bytes
-
-
-def single_precision(case: Case) -> tuple[Apply, float]:
-    """Solutions with factors in single precision."""
-    from fem_spa.solid.linear import Pardiso
-
-    class Single(Pardiso):
-        def _call(self, phase, b=None, x=None):
-            self._iparm[27] = 1
-            super()._call(phase, b, x)
-
-        def solve(self, b):
-            given = np.ascontiguousarray(b, dtype=np.float32)
-            x = np.empty_like(given)
-            self._call(33, given, x)
-            return x.astype(float)
-
-    solver = Single(case.system.pattern, "memory")
-    solver.factorize(case.data.astype(np.float32))
     return solver.solve, solver._factor_bytes
 
 
@@ -225,14 +204,12 @@ def measure(size: float, rival: str) -> dict[str, Any]:
     case = make_case(size)
     before, begun = peak_mb(), time.process_time()
     kept = float("nan")
-    if rival in ("memory", "disk"):
+    if rival in ("double", "single"):
         apply, kept = pardiso(case, rival)
-    elif rival == "single":
-        apply, kept = single_precision(case)
     else:
         apply = blocks(case, rival)
     ready = time.process_time()
-    if rival in ("memory", "disk"):
+    if rival in ("double", "single"):
         x, iterations = apply(case.b), 1
     else:
         x, iterations = gmres(case, apply)

@@ -186,4 +186,4 @@ class SolverTable(BaseModel):
     max_iterations: Annotated[int, Field(strict=True, ge=3, le=200)] = 15
     stop_at_touch: Annotated[bool, Field(strict=True)] = False
     contact_distance: Annotated[float, Field(ge=1e-3, le=0.2)] = 0.0133
-    factors: Literal["auto", "memory", "disk"] = "auto"
+    factors: Literal["auto", "double", "single"] = "auto"

@@ -18,14 +18,12 @@ from scipy.sparse.linalg import SuperLU as SuperLUFactors
 from scipy.sparse.linalg import splu
 
 from fem_spa.errors import InputError
-from fem_spa.solid.pattern import Pattern
-from fem_spa.solid.resources import Scratch, free_disk, free_memory
+from fem_spa.solid.pattern import Pattern, symmetric_product
+from fem_spa.solid.resources import free_memory
 
-FACTORS = ("auto", "memory", "disk")
 _KEPT_FREE = 0.2  # of the free memory: for what else grows during a run
-_FRONT = (
-    0.2  # of the factors: the largest front that PARDISO holds while it writes them; 0.12 at most was seen
-)
+_ACCURACY = 1e-11  # residual of a solution with factors in single precision, relative
+_MOST_ITERATIONS = 60
 
 
 class SingularMatrix(ArithmeticError):
@@ -33,14 +31,14 @@ class SingularMatrix(ArithmeticError):
 
 
 class LinearSolver(Protocol):
-    """`on_disk` are the bytes of factors kept on disk, 0 where they are in memory."""
+    """`single` says whether the factors are in single precision."""
 
     name: str
     pattern: Pattern
     factorizations: int
 
     @property
-    def on_disk(self) -> float: ...
+    def single(self) -> bool: ...
 
     def factorize(self, data: np.ndarray) -> None: ...
 
@@ -59,12 +57,12 @@ def make_solver(pattern: Pattern, backend: str = "auto", factors: str = "auto") 
     Parameters
     ----------
     backend : "auto" (PARDISO where MKL can be loaded, else SuperLU), "pardiso" or "superlu"
-    factors : where PARDISO keeps them: "memory"; "disk"; "auto" is memory unless they will not fit
+    factors : PARDISO's: "double"; "single" precision; "auto" is double unless they will not fit
 
     Raises
     ------
     InputError
-        The factors are to be on disk, and there is only SuperLU.
+        The factors are to be in single precision, and there is only SuperLU.
     """
     if backend in ("auto", "pardiso"):
         try:
@@ -72,10 +70,10 @@ def make_solver(pattern: Pattern, backend: str = "auto", factors: str = "auto") 
         except (ImportError, OSError):  # PackageNotFoundError is an ImportError
             if backend == "pardiso":
                 raise
-    if factors == "disk":
+    if factors == "single":
         raise InputError(
-            "given solver.factors 'disk': only MKL's PARDISO can keep factors on disk, and it is not here; "
-            "leave the key out, or use a machine with pypardiso (64-bit Intel or AMD, Linux or Windows)"
+            "given solver.factors 'single': only MKL's PARDISO has them, and it is not here; leave the key "
+            "out, or use a machine with pypardiso (64-bit Intel or AMD, Linux or Windows)"
         )
     return SuperLU(pattern)
 
@@ -85,8 +83,8 @@ class Pardiso:
 
     The caller gives a matrix with entries of order one (see `System`), so neither scaling nor matching is
     needed; on the meshes of benchmarks/ no pivot is perturbed. The analysis says how large the factors will
-    be; where they do not fit in the free memory they are kept on disk (PARDISO's out-of-core mode), which
-    gives the same solution. `benchmarks/size.py` measures what that costs.
+    be; where they do not fit in the free memory they are kept in single precision, which is half of it, and
+    precondition GMRES on the matrix itself, so that the solution is as accurate.
     """
 
     name = "pardiso"
@@ -101,58 +99,77 @@ class Pardiso:
         library = PyPardisoSolver().libmkl
         self._pardiso = library.pardiso
         self._pardiso.argtypes = None
-        self._threads = library.MKL_Set_Num_Threads_Local
         self.factorizations = 0
         self.pattern = pattern
-        self._where = factors
-        self._scratch: Scratch | None = None
+        self._given = factors
+        self.single = factors == "single"
         self._pt = np.zeros(64, dtype=np.int64)
         self._iparm = np.zeros(64, dtype=np.int32)
         self._analysed = False
-        self._needed_bytes = self._factor_bytes = self._kept_bytes = 0.0
-        self._megabytes = 0  # of memory that PARDISO may use where the factors are on disk
-        self._data = np.zeros(0)
+        self._needed_bytes = self._factor_bytes = 0.0
+        self._data = self._exact = np.zeros(0)
 
     def factorize(self, data):
-        self._data = data
+        self._exact = data
         if not self._analysed:
             self._analyse()
-        try:
-            self._call(22)
-        except MemoryError:  # another try would not do: PARDISO leaves a damaged heap behind
-            raise self._too_large() from None
+        self._data = data.astype(self._type, copy=False)
+        self._call(22)
         self.factorizations += 1
 
     def solve(self, b):
         b = np.ascontiguousarray(b, dtype=float)
-        x = np.empty_like(b)
-        self._call(33, b, x)
-        return x
+        return self._iterate(b) if self.single else self._substitute(b)
 
     @property
-    def on_disk(self) -> float:
-        return self._factor_bytes if self._scratch is not None else 0.0
+    def _type(self) -> type[np.floating]:
+        return np.float32 if self.single else np.float64
+
+    def _substitute(self, b: np.ndarray) -> np.ndarray:
+        given = np.ascontiguousarray(b, dtype=self._type)
+        x = np.empty_like(given)
+        self._call(33, given, x)
+        return x.astype(float, copy=False)
+
+    def _iterate(self, b: np.ndarray) -> np.ndarray:
+        """GMRES (Saad and Schultz 1986), preconditioned on the right by the factors."""
+        norm = np.linalg.norm(b)
+        if norm == 0.0:
+            return np.zeros_like(b)
+        basis, directions = [b / norm], []
+        small = np.zeros((_MOST_ITERATIONS + 1, _MOST_ITERATIONS))
+        for j in range(_MOST_ITERATIONS):
+            directions.append(self._substitute(basis[j]))
+            w = np.empty_like(b)
+            symmetric_product(self.pattern.indptr, self.pattern.indices, self._exact, directions[j], w)
+            for _ in range(2):  # orthogonal twice, as rounding wants it
+                for i, v in enumerate(basis):
+                    part = w @ v
+                    small[i, j] += part
+                    w -= part * v
+            small[j + 1, j] = np.linalg.norm(w)
+            if not np.isfinite(small[j + 1, j]):
+                break
+            right = np.zeros(j + 2)
+            right[0] = norm
+            y, *_ = np.linalg.lstsq(small[: j + 2, : j + 1], right, rcond=None)
+            if np.linalg.norm(small[: j + 2, : j + 1] @ y - right) <= _ACCURACY * norm:
+                return np.asarray(sum(c * z for c, z in zip(y, directions, strict=True)))
+            basis.append(w / small[j + 1, j])
+        raise SingularMatrix("the tangent is too near to singular for factors in single precision")
 
     def _analyse(self) -> None:
-        """Symbolic factorization, and where the numbers will be kept."""
+        """Symbolic factorization, and the precision that fits."""
         self._symbolic()
-        if self._where == "disk" or (
-            self._where == "auto" and self._needed_bytes > (1.0 - _KEPT_FREE) * free_memory()
-        ):
-            self._to_disk()
-
-    def _to_disk(self) -> None:
-        """The analysis again, for factors on disk; it keeps no more than the first one did."""
-        needed = 1.1 * self._kept_bytes + _FRONT * self._factor_bytes
-        if 1.2 * self._factor_bytes > free_disk() or needed > (1.0 - _KEPT_FREE) * free_memory():
+        allowed = (1.0 - _KEPT_FREE) * free_memory()
+        if self._given == "auto" and self._needed_bytes > allowed:
+            self._call(-1)
+            self.single = True
+            self._symbolic()
+        if self._given == "auto" and self._needed_bytes > allowed:
             raise self._too_large()
-        self._call(-1)
-        self._scratch = Scratch()
-        self._megabytes = int(needed / 2**20) + 16
-        self._symbolic()
 
     def _symbolic(self) -> None:
-        out_of_core = self._scratch is not None
         self._pt[:] = 0
         self._iparm[:] = 0
         # numbers as in MKL's manual, counted from 1
@@ -161,34 +178,28 @@ class Pardiso:
             2: 2,  # METIS nested dissection
             10: 8,  # pivots below 1e-8 are perturbed
             21: 1,  # Bunch-Kaufman
-            24: 0 if out_of_core else 1,  # two-level parallel factorization, in memory only
+            24: 1,  # two-level parallel factorization
+            28: 1 if self.single else 0,
             35: 1,  # zero-based indices
-            60: 2 if out_of_core else 0,
         }.items():
             self._iparm[k - 1] = value
+        self._data = self._exact.astype(self._type, copy=False)
         self._call(11)
         self._analysed = True
         # iparm 15 to 17 in KB, later overwritten: peak of the analysis, what is kept of it, the factors
         peak, kept, self._factor_bytes = (1024.0 * float(k) for k in self._iparm[14:17])
         self._needed_bytes = max(peak, kept + self._factor_bytes)
-        self._kept_bytes = kept
 
     def _too_large(self) -> InputError:
         return InputError(
-            f"{self.pattern.n_free} unknowns: their factors need {self._needed_bytes / 1e9:.1f} GB, and "
-            f"{free_memory() / 1e9:.1f} GB of memory and {free_disk() / 1e9:.1f} GB of disk for temporary "
-            "files are free; set TMPDIR to a folder with more space, or use a coarser mesh"
+            f"{self.pattern.n_free} unknowns: their factors need {self._needed_bytes / 1e9:.2g} GB even in "
+            f"single precision, and {free_memory() / 1e9:.2g} GB of memory are free; use a coarser mesh, planes "
+            "of symmetry or a larger machine"
         )
 
     def _call(self, phase: int, b: np.ndarray | None = None, x: np.ndarray | None = None) -> None:
-        threads = 0  # as many as MKL likes
-        if self._scratch is not None:  # MKL asks for these in every phase
-            os.environ["MKL_PARDISO_OOC_PATH"] = str(self._scratch.path)
-            os.environ["MKL_PARDISO_OOC_MAX_CORE_SIZE"] = str(self._megabytes)
-            threads = 1  # with two, the last digits differ from call to call, and a resumed run with them
         unused = np.zeros(1)
         error = ctypes.c_int32(0)
-        before = self._threads(threads)
         one = ctypes.byref(ctypes.c_int32(1))
         n = ctypes.byref(ctypes.c_int32(self.pattern.n_free))
         self._pardiso(
@@ -209,9 +220,8 @@ class Pardiso:
             (unused if x is None else x).ctypes,
             ctypes.byref(error),
         )
-        self._threads(before)
-        if error.value in (-2, -9, -10, -11):  # memory; and, with the factors on disk, memory and files
-            raise MemoryError(f"PARDISO error {error.value}")
+        if error.value == -2:
+            raise self._too_large()
         if error.value != 0:
             raise SingularMatrix(f"the tangent cannot be factorized (PARDISO error {error.value})")
 
@@ -220,13 +230,10 @@ class Pardiso:
         if self._analysed:
             self._call(-1)
             self._analysed = False
-        if self._scratch is not None:
-            self._scratch.remove()
-            self._scratch = None
 
     def on(self, pattern: Pattern) -> LinearSolver:
         self.free()
-        other = Pardiso(pattern, self._where)
+        other = Pardiso(pattern, self._given)
         other.factorizations = self.factorizations
         return other
 
@@ -235,7 +242,7 @@ class SuperLU:
     """scipy's SuperLU on the full matrix: several times slower and hungrier, the same answer."""
 
     name = "superlu"
-    on_disk: float = 0.0
+    single: bool = False
 
     def __init__(self, pattern: Pattern) -> None:
         self.factorizations = 0

@@ -26,7 +26,7 @@ from fem_spa.solid.system import System, cavity_values
 from fem_spa.solid.walk_memory import Memory, Told, Way, recall, remember, row_memory, state_of
 from fem_spa.solid.walls import Walls
 
-ON_DISK = "The linear solver kept its factors on disk"
+SINGLE = "The linear solver kept its factors in single precision, since memory is short"
 STEPS_OF_A_PATH = 20  # largest automatic step: this part of the whole path
 _GROWTH = 2.0
 _TOUCH_STEPS = 80  # a step in which walls first touch is no larger than the path's length over this
@@ -163,9 +163,8 @@ class Walk:
             self.seconds[name] += self.system.seconds[name]
         self.seconds["linear"] += self.factors.seconds
         self.factorizations += self.factors.solver.factorizations
-        gigabytes = self.factors.solver.on_disk / 1e9
-        if gigabytes and not any(ON_DISK in line for line in self.warnings):
-            self.warnings.append(f"{ON_DISK} ({gigabytes:.2g} GB): the same curve, and slower.")
+        if self.factors.solver.single and not any(SINGLE in line for line in self.warnings):
+            self.warnings.append(f"{SINGLE} or solver.factors says so: the same curve.")
         self.factors.solver.free()
 
     # -- the two stages --------------------------------------------------------------------------

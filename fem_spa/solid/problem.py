@@ -117,7 +117,7 @@ class StepControl:
     stop_at_touch : end the path before the step in which walls would pass through one another
     contact_distance : gap at which contact pressure begins, over the size of the smaller boundary faces
     renew_always : factorize at every iteration: full Newton, quadratic to the end, and slower
-    factors : where the linear solver keeps them: "memory", "disk", "auto" (on disk where they will not fit)
+    factors : the linear solver's: "double", "single" precision, "auto" (single where double will not fit)
     """
 
     imposed_steps: int | None = None

@@ -1,12 +1,9 @@
-"""Linear solvers: factors in memory and on disk, what is chosen, what is refused, what stays behind."""
+"""Linear solvers: factors in double and single precision, what is chosen, what is refused."""
 
 from __future__ import annotations
 
 import math
-import os
-import subprocess
 import sys
-import tempfile
 from dataclasses import replace
 
 import numpy as np
@@ -16,19 +13,12 @@ from fem_spa.errors import InputError
 from fem_spa.solid import linear, resources
 from fem_spa.solid.linear import make_solver
 from fem_spa.solid.observe import KeepStates
-from fem_spa.solid.path import ON_DISK, solve
+from fem_spa.solid.path import SINGLE, solve
 from fem_spa.solid.problem import Loads, StepControl
 from fem_spa.solid.space import build_space
 from fem_spa.solid.system import System
 
 GIGABYTE = 1e9
-
-
-@pytest.fixture
-def temporary(tmp_path, monkeypatch):
-    """The folder for temporary files, empty."""
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    return tmp_path
 
 
 @pytest.fixture
@@ -44,79 +34,55 @@ def solved(matrix, factors):
     pattern, data, b = matrix
     solver = make_solver(pattern, "pardiso", factors)
     solver.factorize(data)
-    x, on_disk = solver.solve(b), solver.on_disk
+    x, single = solver.solve(b), solver.single
     solver.free()
-    return x, on_disk
+    return x, single
 
 
-def test_factors_on_disk_give_the_same_solution(matrix, temporary):
-    """Catches a mode of PARDISO that pivots otherwise, and files that stay behind."""
+def test_factors_single_give_the_same_solution(matrix):
+    """Catches an iteration that ends early."""
     pytest.importorskip("pypardiso")
-    here, none = solved(matrix, "memory")
-    there, some = solved(matrix, "disk")
-    assert none == 0 and some > 0
+    here, none = solved(matrix, "double")
+    there, some = solved(matrix, "single")
+    assert some and not none
     np.testing.assert_allclose(there, here, rtol=0, atol=1e-10 * np.abs(here).max())
-    assert not any(temporary.iterdir())
 
 
-@pytest.mark.parametrize("free, on_disk", [(math.inf, False), (64 * GIGABYTE, False), (1e5, True)])
-def test_auto_goes_to_disk_where_memory_is_short(matrix, temporary, monkeypatch, free, on_disk):
+@pytest.mark.parametrize("free, single", [(math.inf, False), (64 * GIGABYTE, False), (None, True)])
+def test_auto_is_single_where_memory_is_short(matrix, monkeypatch, free, single):
     """Catches a unit mistaken in what the analysis foretells (KB)."""
     pytest.importorskip("pypardiso")
     pattern, data, _ = matrix
-    probe = make_solver(pattern, "pardiso", "memory")
-    probe.factorize(data)
-    assert 1e5 < probe._needed_bytes < 0.1 * GIGABYTE  # of a body of some thousand unknowns
-    asked: list[float] = []  # first short of memory, then not: PARDISO itself needs some
-
-    def told() -> float:
-        asked.append(free)
-        return free if len(asked) == 1 else math.inf
-
-    monkeypatch.setattr(linear, "free_memory", told)
-    assert bool(solved(matrix, "auto")[1]) == on_disk
-    probe.free()
+    sizes = []
+    for factors in ("double", "single"):
+        probe = make_solver(pattern, "pardiso", factors)
+        probe.factorize(data)
+        sizes.append(probe._needed_bytes)
+        probe.free()
+    assert 1e5 < sizes[1] < sizes[0] < 0.1 * GIGABYTE  # of a body of some thousand unknowns
+    between = 0.5 * (sizes[0] + sizes[1]) / 0.8
+    monkeypatch.setattr(linear, "free_memory", lambda: free or between)
+    assert solved(matrix, "auto")[1] == single
 
 
-def test_memory_that_ends_during_the_factorization(matrix, temporary, monkeypatch):
-    """Catches a traceback where the foretold size was too small."""
-    pytest.importorskip("pypardiso")
-    call = linear.Pardiso._call
-
-    def short(self, phase, b=None, x=None):
-        if phase == 22:
-            raise MemoryError
-        call(self, phase, b, x)
-
-    monkeypatch.setattr(linear.Pardiso, "_call", short)
-    with pytest.raises(InputError, match="their factors need"):
-        solved(matrix, "disk")
-
-
-@pytest.mark.parametrize("what", ["memory", "disk"])
-def test_neither_memory_nor_disk(matrix, temporary, monkeypatch, what):
-    """One line that names both, and nothing left behind."""
+def test_too_little_memory(matrix, monkeypatch):
+    """One line."""
     pytest.importorskip("pypardiso")
     monkeypatch.setattr(linear, "free_memory", lambda: 1e3)
-    if what == "disk":
-        monkeypatch.setattr(linear, "free_memory", lambda: GIGABYTE)
-        monkeypatch.setattr(linear, "free_disk", lambda: 1e3)
-    with pytest.raises(InputError, match=r"unknowns: their factors need .* TMPDIR") as raised:
-        solved(matrix, "auto" if what == "memory" else "disk")
+    with pytest.raises(InputError, match=r"unknowns: their factors need .* single") as raised:
+        solved(matrix, "auto")
     assert "\n" not in str(raised.value)
-    del raised
-    assert not any(temporary.iterdir())
 
 
-def test_disk_is_refused_without_mkl(matrix, monkeypatch):
+def test_single_is_refused_without_mkl(matrix, monkeypatch):
     monkeypatch.setattr(linear, "Pardiso", lambda *_: (_ for _ in ()).throw(ImportError()))
     with pytest.raises(InputError, match="only MKL's PARDISO"):
-        make_solver(matrix[0], factors="disk")
+        make_solver(matrix[0], factors="single")
     assert make_solver(matrix[0]).name == "superlu"
 
 
 @pytest.mark.parametrize("control", ["pressure", "volume", "contact"])
-def test_the_same_curve(finger_problem, temporary, control):
+def test_the_same_curve(finger_problem, control):
     """Stiff layer, two cavities, volumes prescribed (bordered rows), contact (a pattern that grows)."""
     pytest.importorskip("pypardiso")
     points = [{"near": 2e4, "far": 1e4}]
@@ -127,17 +93,16 @@ def test_the_same_curve(finger_problem, temporary, control):
     loads = Loads(points, control="volume" if control == "volume" else "pressure")
     problem = replace(finger_problem(loads), contact=control == "contact")
     states = {}
-    for factors in ("memory", "disk"):
+    for factors in ("double", "single"):
         keep = KeepStates()
         result = solve(problem, StepControl(imposed_steps=2, factors=factors), [keep])
         assert result.status == "done"
-        assert any(ON_DISK in line for line in result.warnings) == (factors == "disk")
+        assert any(SINGLE in line for line in result.warnings) == (factors == "single")
         states[factors] = keep.states
-    assert len(states["disk"]) == len(states["memory"])
-    for a, b in zip(states["memory"], states["disk"], strict=True):
-        size = np.abs(states["memory"][-1].displacement).max()
+    assert len(states["single"]) == len(states["double"])
+    for a, b in zip(states["double"], states["single"], strict=True):
+        size = np.abs(states["double"][-1].displacement).max()
         np.testing.assert_allclose(b.displacement, a.displacement, rtol=0, atol=1e-8 * size)
-    assert not any(temporary.iterdir())
 
 
 def test_free_memory_is_the_least_that_the_system_allows(tmp_path):
@@ -162,25 +127,3 @@ def test_free_memory_is_the_least_that_the_system_allows(tmp_path):
     (old / "memory.usage_in_bytes").write_text("900\n")
     (old / "memory.stat").write_text("total_inactive_file 100\n")
     assert resources.free_memory(proc, groups) == 200
-
-
-def test_what_a_killed_process_left_is_removed(temporary):
-    """And what a living one uses is not."""
-    if sys.platform == "win32":
-        pytest.skip("not done there")
-    code = (
-        "import os, sys, tempfile; tempfile.tempdir = sys.argv[1]\n"
-        "from fem_spa.solid.resources import Scratch; s = Scratch(); print(s.path); os._exit(1)"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(temporary)], capture_output=True, text=True, check=False
-    )
-    left = done.stdout.strip()
-    assert os.path.isdir(left), done.stderr
-    first = resources.Scratch()
-    assert not os.path.isdir(left)
-    second = resources.Scratch()
-    assert first.path.is_dir() and second.path.is_dir()
-    first.remove()
-    second.remove()
-    assert not any(temporary.iterdir())
