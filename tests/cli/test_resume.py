@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from fem_spa import prepare
 from fem_spa.cli import main
 from fem_spa.errors import InputError
 from fem_spa.output import files
@@ -36,7 +39,6 @@ path = ["2 kPa"]
 contact = false
 [solver]
 imposed_steps = 4
-tolerance = 1e-6
 """
 
 
@@ -55,7 +57,7 @@ class At(Silent):
             self.what()
 
     def iteration(self, step: int, pressure: Any, iteration: int, error: float) -> None:
-        if step == self.step and iteration == 1:
+        if step == self.step and iteration == 0:
             self.what()
 
 
@@ -168,6 +170,27 @@ def test_another_mesh_is_refused(deck: Deck, block: TaggedMesh, capsys: Any) -> 
     deck(DECK, points=block.points * 1.0001)
     assert main(["solve", "deck.toml", "--out", "out", "--resume"]) == 2
     assert "mesh" in capsys.readouterr().err
+
+
+def test_the_mesh_of_the_run_is_kept(deck: Deck, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    """Meshing anew gives points that differ in the last bits: the run goes on, and has ended, on its own."""
+    deck(DECK)
+    new, times = prepare._new_mesh, itertools.count(1)
+
+    def meshed(*words: Any) -> TaggedMesh:
+        mesh = new(*words)
+        return replace(mesh, points=mesh.points * (1.0 + 1e-15 * next(times)))
+
+    monkeypatch.setattr(prepare, "_new_mesh", meshed)
+    cut(3)
+    assert main(["solve", "deck.toml", "--out", "out", "--resume"]) == 0
+    assert "going on after step 2" in capsys.readouterr().err
+    assert main(["solve", "deck.toml", "--out", "out", "--resume"]) == 0
+    assert "Nothing to do" in capsys.readouterr().out
+    assert next(times) == 2
+    assert main(["solve", "deck.toml", "--out", "out"]) == 0  # anew: its own mesh, which is then the one kept
+    assert main(["solve", "deck.toml", "--out", "out", "--resume"]) == 0
+    assert len(list(Path("out/mesh").iterdir())) == 1
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
