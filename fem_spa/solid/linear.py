@@ -193,7 +193,7 @@ class Pardiso:
     def _too_large(self) -> InputError:
         return InputError(
             f"{self.pattern.n_free} unknowns: their factors need {self._needed_bytes / 1e9:.2g} GB even in "
-            f"single precision, and {free_memory() / 1e9:.2g} GB of memory are free; use a coarser mesh, planes "
+            f"single precision, and {free_memory() / 1e9:.2g} GB are free; use a coarser mesh, planes "
             "of symmetry or a larger machine"
         )
 
