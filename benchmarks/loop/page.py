@@ -140,7 +140,7 @@ def head(rows: Sequence[Row], engine: str) -> str:
     return f"""# The loop, tested blind
 
 Written by `python -m benchmarks.loop page` on {today}; {platform.machine()}, {os.cpu_count()} cores, shared
-with a dozen other programs (load average 4 to 8), one thread a case. Program: {engine or "this version"}.
+with a dozen other programs (load average 10 to 20), one thread a case. Program: {engine or "this version"}.
 
 The records come from `benchmarks/loop`, a generator that shares no code and no functional form with the
 library of effects: relays and a Duhem equation for hysteresis, power laws and Eyring flow for creep,
@@ -151,7 +151,8 @@ records, by files, and is run as a user runs it. Half of the cases name their he
 others the program chooses.
 
 Cases: {len(rows)} ({told}); {len(failed)} did not end with status 0. Brackets: k of n; 95 % interval.
-Seeds of this page were not looked at while the program was made. More: `python -m benchmarks.loop run`."""
+Seeds of this page were kept apart while the program was made (see below). More: `python -m benchmarks.loop
+run`."""
 
 
 def aims(rows: Sequence[Row]) -> str:
