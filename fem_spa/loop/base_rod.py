@@ -21,9 +21,10 @@ from scipy.signal import lfilter
 from fem_spa.loop.base import Base, Switches
 from fem_spa.loop.data import Data
 from fem_spa.loop.loads import PAYLOAD, SWITCHED, loads, quadratic
+from fem_spa.loop.operators import lag_up_down
 from fem_spa.loop.tables import Table, reach, tabulate
 from fem_spa.reduced.model import Drive
-from fem_spa.reduced.valve import valve_pressure
+from fem_spa.reduced.valve import Valve, valve_pressure
 
 STIFFER = 0.25
 """Logarithm of the factor between the moduli that are solved."""
@@ -45,6 +46,8 @@ def rod_base(model: Any, columns: tuple[int, ...], p_low: np.ndarray, p_high: np
     physical = {name: SWITCHED.format("rod", name) for name in own}
     if not model.damping:
         physical["viscous-lag"] = SWITCHED.format("rod", "damping")
+    if not model.valve:
+        physical["pressure-lag"] = SWITCHED.format("rod", "the transient of its valve")
     return Base(
         model,
         names,
@@ -89,7 +92,9 @@ class _Rod:
             if kept is data and driven is pressure and mark == key:
                 return answer
         stiffer, more = float(values[0]), loads(data, switches)
-        slow = damped(switches)
+        slow, asked = damped(switches), pressure
+        if "pressure-lag" in switches:
+            pressure = supplied(data, pressure, switches["pressure-lag"])
         if not self.model.damping and slow == 0.0:
             found = self._still(data, self._through_valve(data, pressure), stiffer, more)
         else:
@@ -101,7 +106,7 @@ class _Rod:
                 late = self._filtered(data, self._through_valve(data, pressure), lags)
                 found = found + self._still(data, late, stiffer, more)
                 found -= self._commanded(data, lags, stiffer, more)
-        self.answers = [*self.answers[-3:], (data, pressure, key, found)]
+        self.answers = [*self.answers[-3:], (data, asked, key, found)]
         return found
 
     def _commanded(
@@ -119,6 +124,8 @@ class _Rod:
         size, slow = 1.0, damped(switches)
         if not self.model.damping:
             size = slow / _mean_lag(self._lagged(data)) if slow else 0.0
+        if "pressure-lag" in switches:
+            pressure = supplied(data, pressure, switches["pressure-lag"])
         return self._moved(data, pressure, float(values[0]), loads(data, switches), size)
 
     def _moved(
@@ -258,6 +265,21 @@ class _Rod:
 
             self.tables[place] = tabulate(settled, self.low, self.high, True)
         return self.tables[place]
+
+
+def supplied(data: Data, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """(n, m) Pa behind the rod's valve: `slew` s for the largest pressure, then a lag; see `pressure-lag`."""
+    rise, fall, slew = map(float, theta)
+    out = pressure
+    if slew > 0.0:
+        valve = Valve(rise=slew / data.p_max, drop=slew * fall / data.p_max)
+        out = np.empty_like(pressure)
+        for run in data.runs:
+            time = data.clock[run.part] - data.clock[run.part.start]
+            out[run.part] = valve_pressure(time, pressure[run.part], valve)
+    if rise > 0.0:
+        out = np.stack([lag_up_down(data, c, rise, rise * fall) for c in out.T], axis=1)
+    return out
 
 
 def damped(switches: Switches) -> float:
