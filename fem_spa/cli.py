@@ -32,6 +32,9 @@ class Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit status; never a traceback for wrong input."""
     words = list(sys.argv[1:] if argv is None else argv)
+    if any("\0" in word for word in words):  # no shell gives one, a caller may; no file can have it
+        print("fem-spa: an argument holds a null character; leave it out", file=sys.stderr)
+        return WRONG_INPUT
     try:
         return _run(words)
     except KeyboardInterrupt:
