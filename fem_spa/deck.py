@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import UnionType
-from typing import Any, Union, get_args, get_origin
+from typing import Any, Self, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -57,6 +57,12 @@ class Drawing(BaseModel):
     def meshes(self) -> Path | None:
         """Where meshes are kept (`fem_spa.mesh_store`)."""
         return self._meshes
+
+    def with_meshes(self, folder: Path) -> Self:
+        """A copy that takes its mesh from a folder, and keeps it there."""
+        changed = self.model_copy()
+        changed._meshes = folder
+        return changed
 
 
 class Deck(Drawing):

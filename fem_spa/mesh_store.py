@@ -84,6 +84,21 @@ def kept(folder: Path, drawing: Drawing, shape: Any, make: Callable[[], TaggedMe
     return found
 
 
+def has(folder: Path, drawing: Drawing, shape: Any) -> bool:
+    """Whether `kept` has something to read."""
+    return folder.is_dir() and place(folder, mesh_key(drawing, shape)).is_file()
+
+
+def keep(folder: Path, drawing: Drawing, shape: Any, mesh: TaggedMesh) -> None:
+    """Write the mesh of a drawing where `kept` finds it, in the place of all that are there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = place(folder, mesh_key(drawing, shape))
+    write_whole(path, _bytes(mesh))
+    for other in folder.glob("*.npz"):
+        if other != path:
+            other.unlink(missing_ok=True)
+
+
 def _write_first(path: Path, content: bytes) -> None:
     """Write a file that is not there yet; where another has written it meanwhile, that one stays."""
     beside = path.with_name(f"{path.stem}.{uuid.uuid4().hex}.part")

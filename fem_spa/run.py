@@ -16,15 +16,19 @@ from fem_spa.checkpoint import FOLDER, Checkpoints, difference
 from fem_spa.deck import Deck, read_deck
 from fem_spa.errors import InputError, Unfinished
 from fem_spa.interruption import Interruption
+from fem_spa.mesh_store import has as has_mesh
+from fem_spa.mesh_store import keep as keep_mesh
 from fem_spa.output.claim import refuse_busy
 from fem_spa.output.files import write_whole
 from fem_spa.output.folder import ResultFolder
 from fem_spa.output.progress import Progress
 from fem_spa.output.words import verdict
-from fem_spa.prepare import Setup, prepare
+from fem_spa.prepare import Setup, built_in, prepare
 from fem_spa.solid.problem import Result
 from fem_spa.units import brief
 
+MESH = "mesh"
+"""Folder of a run's mesh, for --resume: meshing the same drawing twice does not give the same bits."""
 EXIT = {"done": 0, "limit": 1, "diverged": 1, "interrupted": 1}
 
 
@@ -94,6 +98,8 @@ def run_deck(
     refuse_busy(path)
     progress = Progress(quiet)
     checkpoints = Checkpoints(path / FOLDER)
+    if resume and deck.meshes is None and has_mesh(path / MESH, deck, _shape(deck)):
+        deck = deck.with_meshes(path / MESH)
     with contextlib.ExitStack() as stack:
         with progress:
             progress.say(f"meshing {deck.geometry.shape or deck.geometry.file}")
@@ -109,7 +115,7 @@ def run_deck(
             interruption = stack.enter_context(Interruption())
             watchers = [folder, progress, *observers, interruption]
             with interruption.after_an_iteration():
-                result = _solve(setup, folder, watchers, checkpoints, problem, memory)
+                result = _solve(deck, setup, folder, watchers, checkpoints, problem, memory)
         result.warnings = [*setup.warnings, *result.warnings]
         result.rows = list(folder.rows)  # with the motion of the tip
         if memory is not None:
@@ -121,6 +127,10 @@ def run_deck(
         except OSError as error:
             raise _unwritten(path, error, result) from None
     return Outcome(result, setup, path, record)
+
+
+def _shape(deck: Deck) -> Any:
+    return None if deck.geometry.shape is None else built_in(deck)
 
 
 def identity(setup: Setup) -> dict[str, Any]:
@@ -221,6 +231,7 @@ def refuse_place(path: Path) -> None:
 
 
 def _solve(
+    deck: Deck,
     setup: Setup,
     folder: ResultFolder,
     observers: Sequence[Any],
@@ -231,8 +242,14 @@ def _solve(
     """The solver's result; an interruption or a fault of the program keeps what was reached."""
     from fem_spa.solid.path import solve
 
+    mesh_kept = deck.meshes is not None
+
     def keep(walk: dict[str, Any]) -> None:
-        """A checkpoint, once the fields of its step are written."""
+        """A checkpoint, once the fields of its step are written; the mesh before the first one."""
+        nonlocal mesh_kept
+        if not mesh_kept:
+            keep_mesh(folder.path / MESH, deck, _shape(deck), setup.problem.mesh)
+            mesh_kept = True
         content = {"problem": problem, "walk": walk, "folder": folder.memory()}
         folder.beside(lambda: checkpoints.save(content))
 
