@@ -229,7 +229,8 @@ def _in_si(values: np.ndarray, unit: str, expected: str, name: str, source: str)
             f"given `{name} [{unit}]` in {source or 'the curve'}: a unit like {expected} is needed, "
             f"for example `{name} [{expected}]`"
         )
-    return values * factor(unit)
+    with np.errstate(over="ignore"):  # what is infinite then is left out as what is so in the file
+        return values * factor(unit)
 
 
 def _way(tip: np.ndarray) -> np.ndarray:
