@@ -47,6 +47,9 @@ from fem_spa.loop.words import LEAST_TONE, SENTENCE, periodic, signature
 from fem_spa.output.files import write_whole
 from fem_spa.output.toml import to_toml
 
+LEAST_OTHER = 0.09
+"""Weight of "none of these" beside a set that explains everything that is predictable."""
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -336,7 +339,7 @@ def _probability(name: str, d: Decision) -> float:
     """Weight of an effect among those that could stand in its place, none of these included."""
     others = set(d.chosen) - {name}
     best = max(d.best.share, 1e-6)
-    weights = {"none of these": float(np.exp(-(0.12 + 0.0) / 0.05)) + 0.5 * max(1.0 - best, 0.0)}
+    weights = {"none of these": LEAST_OTHER + 0.5 * max(1.0 - best, 0.0)}
     for s in d.scored:
         extra = set(s.trial.names) - others
         if others <= set(s.trial.names) and len(extra) == 1 and len(s.trial.names) == len(d.best.trial.names):
