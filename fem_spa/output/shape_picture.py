@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ MAP = "YlOrRd"
 PIXELS = 1200
 READABLE = 14.0
 """Points: pages show the picture at less than half its size."""
+NARROW = 8.0
+"""Inches below which the words under the colours take two lines."""
 
 
 class ShapePicture:
@@ -64,6 +67,7 @@ class ShapePicture:
             self.layers.append((papers[1], skin.triangles, colours[skin.triangles] * shade))
             body = np.vstack([body, moved])
         self.box = _frame(np.vstack(papers), 0.12 if problem.obstacles else 0.03)
+        self.foot = _foot(self.box, np.vstack(papers))
         faces = [surface(obstacle, body) for obstacle in problem.obstacles]
         rigid = [(turned(points, view), triangles) for points, triangles in faces]
         self.layers = [
@@ -79,13 +83,14 @@ class ShapePicture:
         `title` : None is pressure and angle of the state
         """
         left, right, bottom, top = (1e3 * value for value in self.box)
-        ratio = (top - bottom) / (right - left)
+        low = bottom - 1e3 * self.foot
+        ratio = (top - low) / (right - left)
         width = 8.6 if ratio < 0.9 else max(5.6, 7.7 / ratio)
         drawing = figure(width, min(width * 0.94 * ratio + 1.9, 9.6))
         axes = drawing.add_subplot()
         self._paint(axes, (left, right, bottom, top))
         axes.set_xlim(left, right)
-        axes.set_ylim(bottom, top)
+        axes.set_ylim(low, top)
         axes.set_aspect("equal")
         axes.set_axis_off()
         _scale_bar(axes, right - left)
@@ -116,8 +121,10 @@ class ShapePicture:
             pad=0.03,
             extend="max",
         )
+        between = " " if drawing.get_figwidth() > NARROW else "\n"
         bar.set_label(
-            f"largest principal stretch (at most {number(self.highest, 3)} on the outside);  grey: at rest",
+            f"largest principal stretch{between}(at most {number(self.highest, 3)} on the outside);  "
+            "grey: at rest",
             fontsize=READABLE,
         )
         bar.ax.tick_params(labelsize=READABLE)
@@ -165,6 +172,14 @@ def _paint_flat(axes: Any, layers: list[Layer]) -> None:
                 list(1e3 * corner[order, :, :2]), facecolors=paint, edgecolors=paint, linewidths=0.3, zorder=2
             )
         )
+
+
+def _foot(box: Sequence[float], points: np.ndarray) -> float:
+    """Room below the picture for the scale bar, where the body lies in its corner; m on paper."""
+    left, right, bottom, _ = box
+    width = right - left
+    in_corner = (points[:, 0] < left + 0.22 * width) & (points[:, 1] < bottom + 0.09 * width)
+    return 0.07 * width if in_corner.any() else 0.0
 
 
 def _scale_bar(axes: Any, width: float) -> None:
