@@ -80,6 +80,7 @@ def test_solve_leaves_the_files_of_the_contract(deck: Deck, capsys: pytest.Captu
         "curve.png",
         "shape.png",
         "report.html",
+        "mesh",
     }
     with open(folder / "curve.csv", newline="") as file:
         rows = list(csv.DictReader(file))
