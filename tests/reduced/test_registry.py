@@ -19,6 +19,11 @@ SMALLEST: dict[str, dict[str, Any]] = {
     "chain": {},
     "rod": {"preset": "am-i-support"},
     "pneunet": {},
+    "surface": {
+        "pressures": [[0, 10, 20], [0, 5, 10, 20]],
+        "output": "angle",
+        "values": [float((i + 1) * (j + 2) ** 2) for i in range(3) for j in range(4)],
+    },
     "segments": {
         "count": 3,
         "pitch": "7 mm",

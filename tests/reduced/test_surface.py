@@ -30,7 +30,7 @@ def test_a_cubic_is_met_everywhere_and_goes_on_straight_beyond() -> None:
     assert np.abs(model.simulate(drive)[:, 0] - cubic(p)).max() < 1e-12
     edge, step = np.array([[40e3, 20e3]]), 1.0
     slope = (cubic(edge) - cubic(edge - [[step, 0.0]])) / step
-    beyond = model.at(edge + [[5e3, 0.0]])
+    beyond = model.at(edge + np.array([[5e3, 0.0]]))
     assert beyond == pytest.approx(cubic(edge) + 5e3 * slope, rel=1e-4)
 
 
