@@ -11,7 +11,6 @@ Other lines before the header are passed over (machines write such).
 from __future__ import annotations
 
 import hashlib
-import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +27,8 @@ from materials.specimen import KINDS, Specimen
 from materials.units import UNITS, factor, quantity
 
 FEWEST_ROWS = 5
+LARGEST_NUMBER = 1e15
+"""In whatever unit: no measurement is beyond it, and squares of it are numbers still."""
 KEYS = (
     "mode",
     "test",
@@ -275,7 +276,7 @@ def _numbers(lines: list[str], header: _Header, where: str) -> tuple[dict[str, A
                 raise MaterialError(
                     f'{where}, line {i + 1}, column `{name}`: "{text}" is not a number'
                 ) from None
-            if not math.isfinite(value):
+            if not abs(value) <= LARGEST_NUMBER:
                 raise MaterialError(
                     f"{where}, line {i + 1}, column `{name}`: {text} is no measurement; take the row out"
                 )

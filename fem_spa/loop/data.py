@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fem_spa.errors import InputError
 from fem_spa.loop.records import Record
 
 LONG_REST = 1e7
@@ -200,6 +201,10 @@ def _outputs(record: Record, names: Sequence[str], grid: np.ndarray) -> tuple[np
         values = record.outputs[name]
         good = np.isfinite(values)
         good[good] &= ~spikes(values[good])
+        if not good.any():
+            raise InputError(
+                f"record {record.path}: no sample of {name} is a number; give one with measurements"
+            )
         columns.append(np.interp(grid, record.time[good], values[good]))
         if not good.all():
             known &= np.interp(grid, record.time, good.astype(float)) > 0.99

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from fem_spa.cli import main
 from fem_spa.errors import InputError
 from fem_spa.loop.data import spikes
 from fem_spa.loop.records import NoTime, read_record, read_records
@@ -75,3 +77,14 @@ def test_an_outlier_is_one_and_a_step_is_none() -> None:
     assert not spikes(step).any()
     step[100] += 4.0
     assert list(np.nonzero(spikes(step))[0]) == [100]
+
+
+def test_an_output_without_a_number_is_one_line(tmp_path: Path, capsys: Any) -> None:
+    """Two records, one of which has no angle at all."""
+    write(tmp_path / "map.csv", "pressure [kPa],angle [deg]\n0,0\n10,5\n20,12\n")
+    model = write(tmp_path / "model.toml", '[model]\nkind = "curve"\nfile = "map.csv"\n')
+    rows = [(0.05 * k, 10 + 10 * math.sin(0.05 * k)) for k in range(200)]
+    whole = write(tmp_path / "a.csv", HEAD + "".join(f"{t},{p},{0.6 * p}\n" for t, p in rows))
+    empty = write(tmp_path / "b.csv", HEAD + "".join(f"{t},{p},nan\n" for t, p in rows))
+    assert main(["diagnose", str(model), str(whole), str(empty), "--out", str(tmp_path / "out")]) == 2
+    assert "b.csv: no sample of angle is a number" in capsys.readouterr().err.splitlines()[-1]

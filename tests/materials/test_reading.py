@@ -97,6 +97,7 @@ SMALL = np.linspace(1.0, 1.15, 21)
         ({"stretch": L, "nominal stress [MPa]": -P}, "", "compressive stress at a tensile strain"),
         ({"time [s]": BACK, "stretch": L, "nominal stress [MPa]": P}, "", "time goes back at line 12"),
         ({"stretch": L, "nominal stress [MPa]": np.where(T == 4, np.nan, P)}, "", "line 6"),
+        ({"stretch": L, "nominal stress [MPa]": np.where(T == 4, 1e200, P)}, "", "line 6"),
         ({"stretch": L, "nominal stress [MPa]": ["x"] * 21}, "", "is not a number"),
         ({"stretch": L[:2], "nominal stress [MPa]": P[:2]}, "", "2 rows"),
         ({"stretch": P + 0.01, "nominal stress [MPa]": L}, "", "a time or a strain"),
