@@ -82,30 +82,6 @@ def make_case(size: float) -> Case:
     return Case(system, x, data, system.evaluate(x, pressure, 1.0).gradient[0])
 
 
-def gmres(case: Case, precondition: Apply) -> tuple[np.ndarray, int]:
-    """GMRES without restart, preconditioned on the right: solution and iterations."""
-    norm = np.linalg.norm(case.b)
-    basis, small = [case.b / norm], np.zeros((MOST + 1, MOST))
-    directions: list[np.ndarray] = []
-    y = np.zeros(0)
-    for j in range(MOST):
-        directions.append(precondition(basis[j]))
-        w = case.product(directions[j])
-        for _ in range(2):  # orthogonal twice, as rounding wants it
-            for i, v in enumerate(basis):
-                part = w @ v
-                small[i, j] += part
-                w -= part * v
-        small[j + 1, j] = np.linalg.norm(w)
-        basis.append(w / small[j + 1, j])
-        right = np.zeros(j + 2)
-        right[0] = norm
-        y = np.linalg.lstsq(small[: j + 2, : j + 1], right, rcond=None)[0]
-        if np.linalg.norm(small[: j + 2, : j + 1] @ y - right) < TOLERANCE * norm:
-            break
-    return sum(c * z for c, z in zip(y, directions, strict=True)), len(y)
-
-
 def pardiso(case: Case, factors: str) -> tuple[Apply, float]:
     """Solutions by the program's own solver, and the size of its factors."""
     from fem_spa.solid.linear import Pardiso
@@ -201,6 +177,8 @@ def two_levels(space: Any, pattern: Any, stiffness: csr_matrix, node: np.ndarray
 
 def measure(size: float, rival: str) -> dict[str, Any]:
     """Set up and solve once, in this process."""
+    from fem_spa.solid.gmres import gmres
+
     case = make_case(size)
     before, begun = peak_mb(), time.process_time()
     kept = float("nan")
@@ -212,7 +190,7 @@ def measure(size: float, rival: str) -> dict[str, Any]:
     if rival in ("double", "single"):
         x, iterations = apply(case.b), 1
     else:
-        x, iterations = gmres(case, apply)
+        x, iterations, _ = gmres(case.product, apply, case.b, TOLERANCE, MOST)
     done = time.process_time()
     residual = float(np.linalg.norm(case.product(x) - case.b) / np.linalg.norm(case.b))
     return {

@@ -18,6 +18,7 @@ from scipy.sparse.linalg import SuperLU as SuperLUFactors
 from scipy.sparse.linalg import splu
 
 from fem_spa.errors import InputError
+from fem_spa.solid.gmres import gmres
 from fem_spa.solid.pattern import Pattern, symmetric_product
 from fem_spa.solid.resources import free_memory
 
@@ -132,31 +133,16 @@ class Pardiso:
         return x.astype(float, copy=False)
 
     def _iterate(self, b: np.ndarray) -> np.ndarray:
-        """GMRES (Saad and Schultz 1986), preconditioned on the right by the factors."""
-        norm = np.linalg.norm(b)
-        if norm == 0.0:
-            return np.zeros_like(b)
-        basis, directions = [b / norm], []
-        small = np.zeros((_MOST_ITERATIONS + 1, _MOST_ITERATIONS))
-        for j in range(_MOST_ITERATIONS):
-            directions.append(self._substitute(basis[j]))
-            w = np.empty_like(b)
-            symmetric_product(self.pattern.indptr, self.pattern.indices, self._exact, directions[j], w)
-            for _ in range(2):  # orthogonal twice, as rounding wants it
-                for i, v in enumerate(basis):
-                    part = w @ v
-                    small[i, j] += part
-                    w -= part * v
-            small[j + 1, j] = np.linalg.norm(w)
-            if not np.isfinite(small[j + 1, j]):
-                break
-            right = np.zeros(j + 2)
-            right[0] = norm
-            y, *_ = np.linalg.lstsq(small[: j + 2, : j + 1], right, rcond=None)
-            if np.linalg.norm(small[: j + 2, : j + 1] @ y - right) <= _ACCURACY * norm:
-                return np.asarray(sum(c * z for c, z in zip(y, directions, strict=True)))
-            basis.append(w / small[j + 1, j])
-        raise SingularMatrix("the tangent is too near to singular for factors in single precision")
+        """GMRES on the exact matrix, preconditioned by the factors."""
+        found = gmres(self._product, self._substitute, b, _ACCURACY, _MOST_ITERATIONS)
+        if not found.residual <= _ACCURACY:
+            raise SingularMatrix("the tangent is too near to singular for factors in single precision")
+        return found.solution
+
+    def _product(self, v: np.ndarray) -> np.ndarray:
+        out = np.empty_like(v)
+        symmetric_product(self.pattern.indptr, self.pattern.indices, self._exact, v, out)
+        return out
 
     def _analyse(self) -> None:
         """Symbolic factorization, and the precision that fits."""
