@@ -11,6 +11,7 @@ from fem_spa.loop.base import base_of
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import build
 from fem_spa.loop.model_file import Source, read_source
+from fem_spa.loop.physical import whole
 from fem_spa.loop.prepare import outputs_of
 from fem_spa.loop.records import Record, read_records
 from fem_spa.loop.report_json import rmse, unit_size
@@ -50,14 +51,14 @@ def simulate(model: Path, paths: Sequence[Path], out: Path) -> list[str]:
 def predicted(
     source: Source, records: Sequence[Record], names: Sequence[str], chain: Chain | None = None
 ) -> list[np.ndarray]:
-    """(n, d) in SI at each record's own samples, by a model file as it is, or by `chain`."""
+    """(n, d) in SI at each record's own samples, by a model file and its whole motion, or by `chain`."""
     data = build(records, [True] * len(records), names, 10**9)
     if chain is None:
         base = base_of(source.model, names, data.pressure.min(axis=0), data.pressure.max(axis=0))
         d = len(names)
         nothing = Chain(base, 1.0, np.zeros(d), (), (), np.ones(d), np.zeros(d), 1, 1, 1)
         chain = source.chain(base) if source.effects else nothing
-        rows = chain.predict(data)
+        rows = whole(chain).predict(data)
         if source.model.kind == "kelvin-voigt" and "offset" in source.model.parameters:
             rows = rows + source.model.parameters["offset"].value
     else:
