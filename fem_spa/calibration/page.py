@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-import html
 from pathlib import Path
-from typing import Any
 
 from fem_spa.calibration.outcome import Outcome
 from fem_spa.calibration.words import quantity_text, verdict
 from fem_spa.output.files import write_whole
-from fem_spa.output.report_style import STYLE
+from fem_spa.output.page import document, escaped, notes, pictures, tiles
+
+PICTURES = (("calibration.png", "Measured and calculated; held-out data were never used to fit."),)
 
 
 def write_page(path: Path, outcome: Outcome, given: str, calibrated: str, command: str) -> None:
@@ -20,61 +19,33 @@ def write_page(path: Path, outcome: Outcome, given: str, calibrated: str, comman
     """
     name = path.parent.resolve().name
     kind = {"done": "done", "interrupted": "interrupted"}.get(outcome.status, "stopped")
-    picture = path.parent / "calibration.png"
-    figure = ""
-    if picture.is_file():
-        data = base64.b64encode(picture.read_bytes()).decode("ascii")
-        figure = (
-            '<section class="pictures"><figure><img alt="measured and calculated" '
-            f'src="data:image/png;base64,{data}"><figcaption>Held-out data were never used to fit.'
-            "</figcaption></figure></section>\n"
-        )
-    body = [
-        f'<header class="{kind}"><p class="name">{_text(name)}: calibration of {_text(given)}, '
-        f"{_text(outcome.kind)}</p><h1>{_text(verdict(outcome))}</h1></header>\n",
+    sections = [
+        f'<header class="{kind}"><p class="name">{escaped(name)}: calibration of {escaped(given)}, '
+        f"{escaped(outcome.kind)}</p><h1>{escaped(verdict(outcome))}</h1></header>\n",
         _tiles(outcome),
-        _list("To know beside the numbers", outcome.warnings),
+        notes("To know beside the numbers", [escaped(text) for text in outcome.warnings]),
         _parameters(outcome),
-        figure,
+        pictures(path.parent, PICTURES),
         _records(outcome),
-        _list("What the reader of the files saw", outcome.notes),
-        f"<section><h2>The calibrated file</h2><p>calibrated.toml</p><pre>{_text(calibrated.strip())}</pre>"
-        f"</section>\n<section><h2>How to run it again</h2><pre>{_text(command)}</pre></section>\n",
+        notes("What the reader of the files saw", [escaped(text) for text in outcome.notes]),
+        f"<section><h2>The calibrated file</h2><p>calibrated.toml</p><pre>{escaped(calibrated.strip())}</pre>"
+        f"</section>\n<section><h2>How to run it again</h2><pre>{escaped(command)}</pre></section>\n",
     ]
-    write_whole(
-        path,
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{_text(name)} - fem_spa</title>'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style></head>\n'
-        f"<body><main>\n{''.join(body)}</main></body></html>\n",
-    )
-
-
-def _text(value: Any) -> str:
-    return html.escape(str(value))
-
-
-def _list(title: str, texts: list[str]) -> str:
-    if not texts:
-        return ""
-    items = "".join(f"<li>{_text(text)}</li>" for text in texts)
-    return f'<section class="warnings"><h2>{_text(title)}</h2><ul>{items}</ul></section>\n'
+    write_whole(path, document(name, sections))
 
 
 def _tiles(outcome: Outcome) -> str:
     unit, shown = outcome.unit, outcome.shown
     low, high = (", ".join(f"{p / 1e3:.4g}" for p in end) for end in (outcome.valid.low, outcome.valid.high))
     runs = "FE runs" if outcome.kind == "finite elements" else "simulations"
-    tiles = [
+    numbers = [
         ("error held out, before", f"{shown(outcome.before[1]):.3g} {unit}"),
         ("error held out, after", f"{shown(outcome.after[1]):.3g} {unit}"),
         ("error of the fit", f"{shown(outcome.after[0]):.3g} {unit}"),
         ("range of validity", f"{low} to {high} kPa"),
         (runs, str(outcome.evaluations)),
     ]
-    cells = "".join(
-        f"<div><strong>{_text(value)}</strong><span>{_text(label)}</span></div>" for label, value in tiles
-    )
-    return f'<section class="tiles">{cells}</section>\n'
+    return tiles(numbers)
 
 
 def _parameters(outcome: Outcome) -> str:
@@ -94,9 +65,9 @@ def _parameters(outcome: Outcome) -> str:
         ends = f"{low} to {high}" if low else ""
         start = quantity_text(number.start, number.unit)
         cells = (number.name, start, value, ends, f"{least} to {most}", remark)
-        rows.append("<tr>" + "".join(f"<td>{_text(cell)}</td>" for cell in cells) + "</tr>")
+        rows.append("<tr>" + "".join(f"<td>{escaped(cell)}</td>" for cell in cells) + "</tr>")
     head = "".join(
-        f"<th>{_text(cell)}</th>" for cell in ("number", "before", "after", "95 % interval", "allowed", "")
+        f"<th>{escaped(cell)}</th>" for cell in ("number", "before", "after", "95 % interval", "allowed", "")
     )
     return (
         "<section><h2>Numbers</h2><div class='scroll'><table><thead><tr>"
@@ -114,10 +85,11 @@ def _records(outcome: Outcome) -> str:
             f"{outcome.shown(before):.3g}",
             f"{outcome.shown(after):.3g}",
         )
-        rows.append("<tr>" + "".join(f"<td>{_text(cell)}</td>" for cell in cells) + "</tr>")
+        rows.append("<tr>" + "".join(f"<td>{escaped(cell)}</td>" for cell in cells) + "</tr>")
     unit = outcome.unit
     head = "".join(
-        f"<th>{_text(cell)}</th>" for cell in ("file", "role", "rows", f"before [{unit}]", f"after [{unit}]")
+        f"<th>{escaped(cell)}</th>"
+        for cell in ("file", "role", "rows", f"before [{unit}]", f"after [{unit}]")
     )
     return (
         "<section><h2>Data</h2><table class='numbers'><thead><tr>"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import html
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -11,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fem_spa.output.files import write_whole
-from fem_spa.output.report_style import STYLE
+from fem_spa.output.page import document, escaped, notes, pictures, tiles
 from fem_spa.output.table import columns, header, obstacle_forces, values
 from fem_spa.output.toml import to_toml
 from fem_spa.output.words import number, pressures, straight, verdict
@@ -20,6 +18,10 @@ from fem_spa.solid.problem import Problem, Result, Row
 from fem_spa.units import show
 
 MOST_ROWS = 24
+PICTURES = (
+    ("shape.png", "Deformed shape, and in grey the shape at rest, seen on the bending plane."),
+    ("curve.png", "Dots are converged load steps, rings the load points that the deck names."),
+)
 
 
 def write_report(path: Path, problem: Problem, result: Result, record: Mapping[str, Any]) -> None:
@@ -34,31 +36,22 @@ def write_report(path: Path, problem: Problem, result: Result, record: Mapping[s
     sections = [
         _verdict(problem, result, name),
         _tiles(problem, result),
-        _warnings(record["warnings"]),
-        _pictures(path.parent),
+        notes("To know beside the curve", [escaped(text) for text in record["warnings"]]),
+        pictures(path.parent, PICTURES),
         _table(problem, result.rows),
         _what_was_run(problem, record),
         _again(record["deck"]),
         _cost(record),
     ]
-    page = (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{_text(name)} - fem_spa</title>'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style></head>\n'
-        f"<body><main>\n{''.join(sections)}</main></body></html>\n"
-    )
-    write_whole(path, page)
-
-
-def _text(value: Any) -> str:
-    return html.escape(str(value))
+    write_whole(path, document(name, sections))
 
 
 def _verdict(problem: Problem, result: Result, name: str) -> str:
     kind = result.status if result.status in ("done", "interrupted") else "stopped"
-    message = f"<p>{_text(result.message)}</p>" if result.message and result.status != "done" else ""
+    message = f"<p>{escaped(result.message)}</p>" if result.message and result.status != "done" else ""
     return (
-        f'<header class="{kind}"><p class="name">{_text(name)}: a finite-element run of fem_spa</p>'
-        f"<h1>{_text(verdict(problem, result, result.rows))}</h1>{message}</header>\n"
+        f'<header class="{kind}"><p class="name">{escaped(name)}: a finite-element run of fem_spa</p>'
+        f"<h1>{escaped(verdict(problem, result, result.rows))}</h1>{message}</header>\n"
     )
 
 
@@ -67,46 +60,20 @@ def _tiles(problem: Problem, result: Result) -> str:
     if not result.rows:
         return ""
     last = result.rows[-1]
-    tiles = [("pressure at the end", pressures(last.pressure))]
+    numbers = [("pressure at the end", pressures(last.pressure))]
     if last.motion is not None and straight(last):
-        tiles.append(("stroke of the tip", f"{number(1e3 * last.motion.extension, 3)} mm"))
+        numbers.append(("stroke of the tip", f"{number(1e3 * last.motion.extension, 3)} mm"))
     elif math.isfinite(last.angle):
-        tiles.append(("bending angle", f"{number(math.degrees(last.angle), 3)}°"))
+        numbers.append(("bending angle", f"{number(math.degrees(last.angle), 3)}°"))
     if last.force is not None:
-        tiles.append(("force of the held tip", f"{number(last.force)} N"))
-    tiles.append(("largest stretch in the rubber", f"{number(last.max_stretch, 3)} times"))
+        numbers.append(("force of the held tip", f"{number(last.force)} N"))
+    numbers.append(("largest stretch in the rubber", f"{number(last.max_stretch, 3)} times"))
     for k, force in enumerate(obstacle_forces(last, len(problem.obstacles))):
-        tiles.append((f"force on obstacle {k + 1}", f"{number(force)} N"))
+        numbers.append((f"force on obstacle {k + 1}", f"{number(force)} N"))
     if result.touch_pressure:
-        tiles.append(("first touch at", pressures(result.touch_pressure, 3)))
-    tiles.append(("enclosed air", f"{number(last.volume * 1e6)} ml"))
-    cells = "".join(
-        f"<div><strong>{_text(value)}</strong><span>{_text(label)}</span></div>" for label, value in tiles
-    )
-    return f'<section class="tiles">{cells}</section>\n'
-
-
-def _warnings(warnings: Sequence[str]) -> str:
-    if not warnings:
-        return ""
-    items = "".join(f"<li>{_text(text)}</li>" for text in warnings)
-    return f'<section class="warnings"><h2>To know beside the curve</h2><ul>{items}</ul></section>\n'
-
-
-def _pictures(folder: Path) -> str:
-    figures = []
-    for file, words in (
-        ("shape.png", "Deformed shape, and in grey the shape at rest, seen on the bending plane."),
-        ("curve.png", "Dots are converged load steps, rings the load points that the deck names."),
-    ):
-        picture = folder / file
-        if picture.is_file():
-            data = base64.b64encode(picture.read_bytes()).decode("ascii")
-            figures.append(
-                f'<figure><img alt="{_text(words)}" src="data:image/png;base64,{data}">'
-                f"<figcaption>{_text(words)}</figcaption></figure>"
-            )
-    return f'<section class="pictures">{"".join(figures)}</section>\n' if figures else ""
+        numbers.append(("first touch at", pressures(result.touch_pressure, 3)))
+    numbers.append(("enclosed air", f"{number(last.volume * 1e6)} ml"))
+    return tiles(numbers)
 
 
 def _table(problem: Problem, rows: Sequence[Row]) -> str:
@@ -130,7 +97,7 @@ def _rows(problem: Problem, rows: Sequence[Row]) -> str:
     names = header(chosen)
     numbers = [values(row, chosen) for row in rows]
     shown = [i for i in range(len(names)) if any(math.isfinite(row[i]) for row in numbers)]
-    head = "".join(f"<th>{_text(names[i])}</th>" for i in shown)
+    head = "".join(f"<th>{escaped(names[i])}</th>" for i in shown)
     body = "".join(
         f'<tr class="{"point" if row.is_point else ""}">'
         + "".join(f"<td>{_cell(names[i], cells[i])}</td>" for i in shown)
@@ -150,7 +117,7 @@ def _cell(name: str, value: float) -> str:
 
 
 def _pairs(pairs: Iterable[tuple[str, Any]]) -> str:
-    rows = "".join(f"<tr><th>{_text(name)}</th><td>{value}</td></tr>" for name, value in pairs)
+    rows = "".join(f"<tr><th>{escaped(name)}</th><td>{value}</td></tr>" for name, value in pairs)
     return f"<table>{rows}</table>"
 
 
@@ -159,29 +126,29 @@ def _what_was_run(problem: Problem, record: Mapping[str, Any]) -> str:
     pairs: list[tuple[str, Any]] = [
         (
             "mesh",
-            f"{_text(mesh['source'])}<br>{record['elements']} ten-node tetrahedra, {record['dofs']} unknowns "
-            f"<small>sha256 {mesh['hash'][:16]}</small>",
+            f"{escaped(mesh['source'])}<br>{record['elements']} ten-node tetrahedra, "
+            f"{record['dofs']} unknowns <small>sha256 {mesh['hash'][:16]}</small>",
         )
     ]
-    pairs += [("", _text(note)) for note in mesh["notes"]]
+    pairs += [("", escaped(note)) for note in mesh["notes"]]
     pairs += [(f"material of {name}", _material(table)) for name, table in record["materials"].items()]
     for name, layer in problem.layers.items():
         words = f"membrane, modulus {show(layer.modulus, 'Pa')}, thickness {show(layer.thickness, 'm')}"
-        pairs.append((f"layer {name}", _text(f"{words}, Poisson's ratio {number(layer.poisson)}")))
+        pairs.append((f"layer {name}", escaped(f"{words}, Poisson's ratio {number(layer.poisson)}")))
     pairs.append(
-        ("held", _text(", ".join([*problem.fixed, *(["tip"] if problem.blocked else [])]) or "nothing"))
+        ("held", escaped(", ".join([*problem.fixed, *(["tip"] if problem.blocked else [])]) or "nothing"))
     )
     if problem.symmetry:
         planes = ", ".join(f"{surface} (normal {axis})" for surface, axis in problem.symmetry.items())
-        pairs.append(("symmetry", _text(f"{planes}; forces and volumes are those of the whole")))
+        pairs.append(("symmetry", escaped(f"{planes}; forces and volumes are those of the whole")))
     points = "1 load point" if len(loads.points) == 1 else f"{len(loads.points)} load points"
-    pairs.append(("driven by", _text(f"{loads.control}, {points}")))
+    pairs.append(("driven by", escaped(f"{loads.control}, {points}")))
     if any(loads.gravity):
-        pairs.append(("gravity", _text(", ".join(number(g) for g in loads.gravity) + " m/s²")))
+        pairs.append(("gravity", escaped(", ".join(number(g) for g in loads.gravity) + " m/s²")))
     if any(loads.tip_force):
-        pairs.append(("force on the tip", _text(", ".join(number(f) for f in loads.tip_force) + " N")))
-    pairs.append(("contact", _text(_contact(problem))))
-    pairs += [(f"obstacle {k + 1}", _text(_obstacle(o))) for k, o in enumerate(problem.obstacles)]
+        pairs.append(("force on the tip", escaped(", ".join(number(f) for f in loads.tip_force) + " N")))
+    pairs.append(("contact", escaped(_contact(problem))))
+    pairs += [(f"obstacle {k + 1}", escaped(_obstacle(o))) for k, o in enumerate(problem.obstacles)]
     return f"<section><h2>What was run</h2>{_pairs(pairs)}</section>\n"
 
 
@@ -221,7 +188,7 @@ def _material(table: Mapping[str, Any]) -> str:
     density = "" if table["density"] is None else f", {number(table['density']['value'])} kg/m³"
     young = show(float(f"{table['youngs_modulus']['value']:.4g}"), "Pa")
     words = f"{table['law']}: {numbers}; {squeeze}{density}; Young's modulus at rest {young}"
-    return f"{_text(words)}<br><small>source: {_text(table['source'])}</small>"
+    return f"{escaped(words)}<br><small>source: {escaped(table['source'])}</small>"
 
 
 def _again(deck: Mapping[str, Any]) -> str:
@@ -229,7 +196,8 @@ def _again(deck: Mapping[str, Any]) -> str:
         "<section><h2>How to run it again</h2><p>Save this deck as <code>again.toml</code>; "
         "every default is written out."
         "</p><pre>fem-spa solve again.toml --out again</pre>"
-        f"<details><summary>the deck</summary><pre>{_text(to_toml(deck).strip())}</pre></details></section>\n"
+        f"<details><summary>the deck</summary><pre>{escaped(to_toml(deck).strip())}</pre></details>"
+        "</section>\n"
     )
 
 
@@ -244,7 +212,7 @@ def _cost(record: Mapping[str, Any]) -> str:
         ),
         ("time", seconds),
         *([("memory", f"{memory:.0f} MB at most")] if memory else []),
-        ("versions", _text(", ".join(f"{name} {text}" for name, text in record["versions"].items()))),
+        ("versions", escaped(", ".join(f"{name} {text}" for name, text in record["versions"].items()))),
         (
             "files beside this page",
             "curve.csv, centre_line.csv, result.json, fields.pvd (open in ParaView), curve.png, shape.png",

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import base64
-import html
 import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from fem_spa.output.files import write_whole
-from fem_spa.output.report_style import STYLE
+from fem_spa.output.page import document, escaped, notes, pictures, tiles
 from fem_spa.output.words import number
 from fem_spa.sweep.case import Line
 from fem_spa.sweep.cases import Case
@@ -21,6 +19,11 @@ MOST_ROWS = 500
 MOST_NAMED = 4
 COLUMNS = ("pressure", "angle [deg]", "force", "extension [mm]", "max stretch", "min gap [mm]")
 """Beginnings of the columns of curve.csv that the page shows; sweep.csv has all."""
+PICTURES = (
+    ("curves.png", "Every design's curve."),
+    ("keys.png", "The end of the path over each key; lines join designs that differ in that key alone."),
+    ("maps.png", "The end of the path over two keys; x: not solved."),
+)
 
 _STYLE = """
 .sweep td:first-child, .sweep th:first-child { text-align: left; }
@@ -54,63 +57,50 @@ document.querySelectorAll("table.sweep").forEach(table => {
 """
 
 
-def write_page(path: Path, sweep: Any, request: Any, notes: Sequence[str]) -> None:
+def write_page(path: Path, sweep: Any, request: Any, warnings: Sequence[str]) -> None:
     """Write the page beside the pictures, which it holds as data.
 
     Parameters
     ----------
     sweep : a `job.Sweep`;  request : the `job.Request` it came from
-    notes : warnings of the pictures
+    warnings : of the pictures
     """
     name = path.parent.resolve().name
     sections = [
         _verdict(sweep, name),
         _tiles(sweep),
-        _failures(sweep, notes),
-        _pictures(path.parent, sweep),
+        _failures(sweep, warnings),
+        pictures(path.parent, PICTURES),
         _table(sweep),
         _what_was_run(sweep, request),
     ]
-    page = (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{_text(name)} - fem_spa</title>'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<style>{STYLE}{_STYLE}</style></head>\n"
-        f"<body><main>\n{''.join(sections)}</main><script>{_SCRIPT}</script></body></html>\n"
-    )
-    write_whole(path, page)
-
-
-def _text(value: Any) -> str:
-    return html.escape(str(value))
+    write_whole(path, document(name, sections, _STYLE, _SCRIPT))
 
 
 def _verdict(sweep: Any, name: str) -> str:
     every = sweep.count("done") == len(sweep.plan.cases)
     kind = "done" if every else "interrupted" if sweep.count("done") else "stopped"
     lines = [sweep.message] if sweep.message else []
-    message = "".join(f"<p>{_text(text)}</p>" for text in (*lines, *best(sweep)))
+    message = "".join(f"<p>{escaped(text)}</p>" for text in (*lines, *best(sweep)))
     return (
-        f'<header class="{kind}"><p class="name">{_text(name)}: a sweep of fem_spa</p>'
-        f"<h1>{_text(verdict(sweep))}</h1>{message}</header>\n"
+        f'<header class="{kind}"><p class="name">{escaped(name)}: a sweep of fem_spa</p>'
+        f"<h1>{escaped(verdict(sweep))}</h1>{message}</header>\n"
     )
 
 
 def _tiles(sweep: Any) -> str:
     lines = [sweep.line(case) for case in sweep.plan.cases]
     work = sum(line.cost.get("seconds", 0.0) for line in lines)
-    tiles = [
+    numbers = [
         ("designs", str(len(lines))),
         ("solved", str(sweep.count("done"))),
         ("not solved", str(len(lines) - sweep.count("done"))),
     ]
     if sweep.found:
-        tiles.append(("of them solved before this call", str(sweep.found)))
-    tiles.append(("work of all cases", _duration(work)))
-    tiles.append(("this call took", _duration(sweep.seconds)))
-    cells = "".join(
-        f"<div><strong>{_text(value)}</strong><span>{_text(label)}</span></div>" for label, value in tiles
-    )
-    return f'<section class="tiles">{cells}</section>\n'
+        numbers.append(("of them solved before this call", str(sweep.found)))
+    numbers.append(("work of all cases", _duration(work)))
+    numbers.append(("this call took", _duration(sweep.seconds)))
+    return tiles(numbers)
 
 
 def _duration(seconds: float) -> str:
@@ -119,37 +109,15 @@ def _duration(seconds: float) -> str:
     return f"{number(seconds / 60, 3)} min" if seconds < 7200 else f"{number(seconds / 3600, 3)} h"
 
 
-def _failures(sweep: Any, notes: Sequence[str]) -> str:
+def _failures(sweep: Any, warnings: Sequence[str]) -> str:
     items = []
     for status, reason, cases in failures(sweep):
-        named = "; ".join(_text(keys_words(sweep.plan, case)) for case in cases[:MOST_NAMED])
+        named = "; ".join(escaped(keys_words(sweep.plan, case)) for case in cases[:MOST_NAMED])
         more = f" and {len(cases) - MOST_NAMED} more" if len(cases) > MOST_NAMED else ""
         count = "1 design" if len(cases) == 1 else f"{len(cases)} designs"
-        why = f": {_text(reason)}" if reason and status != "waiting" else ""
-        items.append(
-            f"<li><b>{count} {STATUS.get(status, status)}</b>{why}<br><small>{named}{more}</small></li>"
-        )
-    items += [f"<li>{_text(note)}</li>" for note in notes]
-    if not items:
-        return ""
-    return f'<section class="warnings"><h2>What is not solved</h2><ul>{"".join(items)}</ul></section>\n'
-
-
-def _pictures(folder: Path, sweep: Any) -> str:
-    figures = []
-    for file, words in (
-        ("curves.png", "Every design's curve."),
-        ("keys.png", "The end of the path over each key; lines join designs that differ in that key alone."),
-        ("maps.png", "The end of the path over two keys; x: not solved."),
-    ):
-        picture = folder / file
-        if picture.is_file():
-            data = base64.b64encode(picture.read_bytes()).decode("ascii")
-            figures.append(
-                f'<figure class="{file[:-4]}"><img alt="{_text(words)}" src="data:image/png;base64,{data}">'
-                f"<figcaption>{_text(words)}</figcaption></figure>"
-            )
-    return f'<section class="pictures">{"".join(figures)}</section>\n' if figures else ""
+        why = f": {escaped(reason)}" if reason and status != "waiting" else ""
+        items.append(f"<b>{count} {STATUS.get(status, status)}</b>{why}<br><small>{named}{more}</small>")
+    return notes("What is not solved", [*items, *map(escaped, warnings)])
 
 
 def _table(sweep: Any) -> str:
@@ -161,7 +129,7 @@ def _table(sweep: Any) -> str:
     shown = [n for n in known if n.startswith((main, *COLUMNS)) and _any(lines.values(), n)]
     names = [*(axis.title for axis in plan.axes), "status", *shown, "seconds", "case"]
     head = "".join(
-        f'<th class="{"key" if k < len(plan.axes) else ""}">{_text(name)}</th>'
+        f'<th class="{"key" if k < len(plan.axes) else ""}">{escaped(name)}</th>'
         for k, name in enumerate(names)
     )
     body = "".join(_row(sweep, case, lines[case.name], shown) for case in plan.cases[:MOST_ROWS])
@@ -184,8 +152,8 @@ def _row(sweep: Any, case: Case, line: Line, shown: Sequence[str]) -> str:
     cells = []
     for value in case.values:
         data = "" if value.number is None else f' data-value="{value.number!r}"'
-        cells.append(f'<td class="key"{data}>{_text(value.label)}</td>')
-    title = f' title="{_text(line.reason)}"' if line.reason else ""
+        cells.append(f'<td class="key"{data}>{escaped(value.label)}</td>')
+    title = f' title="{escaped(line.reason)}"' if line.reason else ""
     place = folder_of(case)
     has_page = (sweep.folder / place / "report.html").is_file()
     word = f'<a href="{place}/report.html">{line.status}</a>' if has_page else line.status
@@ -194,14 +162,14 @@ def _row(sweep: Any, case: Case, line: Line, shown: Sequence[str]) -> str:
         number_ = line.end.get(name, line.cost.get(name, math.nan))
         finite = math.isfinite(number_)
         data = f"{number_!r}" if finite else ""
-        cells.append(f'<td data-value="{data}">{_text(number(number_, 4)) if finite else ""}</td>')
+        cells.append(f'<td data-value="{data}">{escaped(number(number_, 4)) if finite else ""}</td>')
     cells.append(f'<td class="word">{case.name}</td>')
     return f'<tr class="{"" if line.status == "done" else "bad"}">{"".join(cells)}</tr>'
 
 
 def _what_was_run(sweep: Any, request: Any) -> str:
     plan = sweep.plan
-    pairs = [("deck", _text(request.deck))]
+    pairs = [("deck", escaped(request.deck))]
     for axis in plan.axes:
         if plan.sample and axis.interval:
             values = f"{axis.interval[0]:g} to {axis.interval[1]:g} {axis.unit}"
@@ -209,7 +177,7 @@ def _what_was_run(sweep: Any, request: Any) -> str:
             listed = ", ".join(value.label for value in axis.values[:12])
             more = f" and {len(axis.values) - 12} more" if len(axis.values) > 12 else ""
             values = f"{listed}{more} {axis.unit}"
-        pairs.append((_text(axis.key), _text(values.strip())))
+        pairs.append((escaped(axis.key), escaped(values.strip())))
     how = (
         f"{plan.sample} points of a Sobol sequence, seed {request.seed}"
         if plan.sample
@@ -217,10 +185,10 @@ def _what_was_run(sweep: Any, request: Any) -> str:
     )
     pairs.append(("designs", how + (f"; {plan.twins} are the same as others" if plan.twins else "")))
     for text in request.overrides:
-        pairs.append(("set", _text(text)))
+        pairs.append(("set", escaped(text)))
     meshes = len({case.mesh for case in plan.cases if case.mesh})
     pairs.append(("meshes", f"{meshes}, shared by the designs that differ in materials and loads only"))
-    pairs.append(("run by", _text(sweep.engine)))
+    pairs.append(("run by", escaped(sweep.engine)))
     memory = [sweep.line(case).cost.get("memory [MB]", math.nan) for case in plan.cases]
     known = [value for value in memory if math.isfinite(value)]
     if known:
@@ -229,5 +197,5 @@ def _what_was_run(sweep: Any, request: Any) -> str:
     return (
         f"<section><h2>What was run</h2><table>{rows}</table></section>\n"
         "<section><h2>How to go on</h2><p>The same call runs only what is not solved yet; with more "
-        f"values, only those that are new.</p><pre>{_text(request.command)}</pre></section>\n"
+        f"values, only those that are new.</p><pre>{escaped(request.command)}</pre></section>\n"
     )
