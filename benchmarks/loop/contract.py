@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.loop.classes import FAMILY, same_class
+from benchmarks.loop.tables import columns_of
 
 VERDICTS = ("attributed", "ambiguous", "unexplained", "none", "insufficient")
 TYPES: dict[str, Any] = {
@@ -169,31 +169,37 @@ def _predictions(
         if not all(np.isfinite(told[h]).all() for h in heads):
             found.append(f"predictions of {record.name} are not finite")
             continue
-        if len(records) == 1:
-            continue
-        at = [float(np.interp(0, [0], [0]))]
-        norms = []
-        for when in ("before", "after"):
-            miss = [
-                np.interp(told["time [s]"], measured["time [s]"], measured[f"{n} [{u}]"])
-                - told[f"{when} {n} [{u}]"]
-                for n, u in outputs.items()
-            ]
-            norms.append(np.sum(np.square(miss), axis=0))
-        good = np.isfinite(norms[0])
-        square[role[record.name]] += [norms[0][good].sum(), norms[1][good].sum(), good.sum() + 0 * at[0]]
+        square[role[record.name]] += squares(told, measured, outputs)
+    return found + (off(report["error"], square) if len(records) > 1 else [])
+
+
+def squares(
+    told: Mapping[str, np.ndarray], measured: Mapping[str, np.ndarray], outputs: Mapping[str, str]
+) -> np.ndarray:
+    """(3,): squares of what the prediction misses before and after, summed over the times that are known, and
+    how many these are."""
+    norms = []
+    for when in ("before", "after"):
+        miss = [
+            np.interp(told["time [s]"], measured["time [s]"], measured[f"{n} [{u}]"])
+            - told[f"{when} {n} [{u}]"]
+            for n, u in outputs.items()
+        ]
+        norms.append(np.sum(np.square(miss), axis=0))
+    good = np.isfinite(norms[0])
+    return np.array([norms[0][good].sum(), norms[1][good].sum(), good.sum()])
+
+
+def off(error: Mapping[str, Any], square: Mapping[str, np.ndarray]) -> list[str]:
+    """Figures of a report that are not those of its own predictions.
+
+    square : `squares` of the records in train and in heldout
+    """
+    found = []
     for part, (before, after, n) in square.items():
         for when, total in (("before", before), ("after", after)):
-            value = report["error"][part][when]
+            value = error[part][when]
             own = float(np.sqrt(total / max(n, 1)))
-            if value is not None and n and abs(value - own) > 0.02 * own + 1e-9:
+            if value is not None and abs(value - own) > 0.02 * own + 1e-9:
                 found.append(f"{part} {when} {value:.4g}, predictions give {own:.4g}")
     return found
-
-
-def columns_of(path: Path) -> dict[str, np.ndarray]:
-    """Columns of a CSV, lines from # on passed over, empty cells nan."""
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.reader(line for line in file if not line.startswith("#"))]
-    values = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows[1:]])
-    return dict(zip(rows[0], values.T, strict=True))

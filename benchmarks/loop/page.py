@@ -13,8 +13,8 @@ import numpy as np
 from scipy.stats import beta
 
 from benchmarks.loop.classes import FAMILY
-from benchmarks.loop.run import rows_of
 from benchmarks.loop.session import PROTOCOLS
+from benchmarks.loop.tables import rows_of
 
 DATA = """## Where the measured data are from
 

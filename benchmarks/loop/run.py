@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import shutil
@@ -17,6 +16,7 @@ from typing import Any
 from benchmarks.loop.cases import Case, draw_case
 from benchmarks.loop.files import write_case
 from benchmarks.loop.score import COLUMNS, score
+from benchmarks.loop.tables import add_row, rows_of
 from fem_spa.engine import open_engine
 
 LIMIT = 1800.0
@@ -58,12 +58,7 @@ def _one(task: tuple[Path, tuple[Any, ...], float | None, bool]) -> dict[str, ob
 
 def _tell(table: Path, row: dict[str, object]) -> None:
     """Append a row, and say it."""
-    fresh = not table.exists()
-    with table.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        if fresh:
-            writer.writeheader()
-        writer.writerow(row)
+    add_row(table, COLUMNS, row)
     words = [row[k] for k in ("name", "protocol", "visible", "truth", "verdict", "effects", "rivals")]
     print(*words, f"{row['seconds']} s", row["reduction"], row["problems"], sep=" | ", flush=True)
 
@@ -115,11 +110,3 @@ def program(without: Sequence[str]) -> str:
     peak = "resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10"
     lines += ["status = main()", f"print('PEAK_MB', {peak}, file=sys.stderr)", "sys.exit(status)"]
     return "\n".join(lines)
-
-
-def rows_of(table: Path) -> list[dict[str, str]]:
-    """Rows of a results file, none where there is none."""
-    if not table.is_file():
-        return []
-    with table.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import datetime
 import json
 import os
@@ -18,7 +17,7 @@ from scipy.optimize import minimize_scalar
 
 from benchmarks.loop.body import BODY
 from benchmarks.loop.classes import same_class
-from benchmarks.loop.contract import breaches, columns_of
+from benchmarks.loop.contract import breaches
 from benchmarks.loop.files import BEGIN
 from benchmarks.loop.kinds import KINDS, Bench, Kind, draw, fem_rows
 from benchmarks.loop.noise import draw_noise, measured
@@ -26,6 +25,7 @@ from benchmarks.loop.rubber import RUBBER
 from benchmarks.loop.score import matched
 from benchmarks.loop.sensing import SENSING
 from benchmarks.loop.supply import SUPPLY
+from benchmarks.loop.tables import add_row, columns_of
 from fem_spa.reduced.model import Drive
 from fem_spa.reduced.registry import read_model
 from fem_spa.reduced.tables import toml_text
@@ -109,13 +109,7 @@ def run_bench(out: Path, name: str, seed: int, effect: str | None, jobs_page: bo
         row["problems"] = f"status {done.returncode}: {done.stderr.strip().splitlines()[-1][:200]}"
     else:
         row |= _judged(bench, result, files, held, oracle, folder)
-    table = out / "kinds.csv"
-    fresh = not table.exists()
-    with table.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        if fresh:
-            writer.writeheader()
-        writer.writerow(row)
+    add_row(out / "kinds.csv", COLUMNS, row)
     return row
 
 

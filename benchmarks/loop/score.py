@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks.loop.classes import FAMILY, same_class
+from benchmarks.loop.contract import VERDICTS, off, squares
+from benchmarks.loop.tables import columns_of
 
 KEYS = "verdict effects candidates error signature excluded untestable next_experiment seed versions inputs"
-VERDICTS = ("attributed", "ambiguous", "unexplained", "none", "insufficient")
 COLUMNS = (
     "name tier protocol target visible material base truth forms faults held status seconds peak_mb verdict "
     "effects probability rivals trained right lenient family holds set_size set_classes before after oracle "
@@ -187,34 +187,15 @@ def _held_out(truth: dict[str, Any], error: dict[str, Any]) -> list[str]:
 
 def _predictions(truth: dict[str, Any], report: dict[str, Any], out: Path) -> list[str]:
     """Figures of the report against its own predictions and the records, without the program's help."""
-    found: list[str] = []
     square = {role: np.zeros(3) for role in ("train", "heldout")}
-    name = f"{'displacement' if truth['unit'] == 'mm' else 'angle'} [{truth['unit']}]"
+    name, unit = "displacement" if truth["unit"] == "mm" else "angle", truth["unit"]
     for record in report["error"]["records"]:
         path = out / "predictions" / record["file"]
         if not path.is_file():
             return [f"no prediction of {record['file']}"]
-        told = _table(path)
-        measured = _table(Path(truth["folder"]) / record["file"])
-        if not {"time [s]", f"before {name}", f"after {name}"} <= set(told):
+        told = columns_of(path)
+        if not {"time [s]", f"before {name} [{unit}]", f"after {name} [{unit}]"} <= set(told):
             return [f"columns of predictions {list(told)}"]
-        y = np.interp(told["time [s]"], measured["time [s]"], measured[name])
-        sane = np.isfinite(y) & np.isfinite(told[f"before {name}"])
-        sums = [np.sum((told[f"{when} {name}"] - y)[sane] ** 2) for when in ("before", "after")]
-        square[record["role"]] += [*sums, sane.sum()]
-    if truth["noise"]["faults"]:
-        return found
-    for role, (before, after, n) in square.items():
-        for when, total in (("before", before), ("after", after)):
-            value = report["error"][role][when]
-            own = float(np.sqrt(total / max(n, 1)))
-            if value is not None and abs(value - own) > 0.02 * own + 1e-9:
-                found.append(f"{role} {when} {value:.4g}, predictions give {own:.4g}")
-    return found
-
-
-def _table(path: Path) -> dict[str, np.ndarray]:
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.reader(line for line in file if not line.startswith("#"))]
-    values = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows[1:]])
-    return dict(zip(rows[0], values.T, strict=True))
+        measured = columns_of(Path(truth["folder"]) / record["file"])
+        square[record["role"]] += squares(told, measured, {name: unit})
+    return [] if truth["noise"]["faults"] else off(report["error"], square)
