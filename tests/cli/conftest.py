@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,8 @@ C10 = "0.1 MPa"
 pressure = "2 kPa"
 path = ["1 kPa"]
 """
+LONG = DECK.replace('"2 kPa"', '"6 kPa"').replace('"1 kPa"', '"2 kPa"')
+LONG += "contact = false\n[solver]\nimposed_steps = 4\n"
 
 
 def hollow_block(edge: float = 0.01, cells: int = 3) -> TaggedMesh:
@@ -77,3 +80,9 @@ def deck(tmp_path: Path, block: TaggedMesh, monkeypatch: pytest.MonkeyPatch) -> 
         return "deck.toml"
 
     return write
+
+
+@pytest.fixture
+def long_deck(deck: Callable[..., str]) -> Callable[..., str]:
+    """The same with four steps to each of two load points, for what happens on the way."""
+    return partial(deck, LONG)

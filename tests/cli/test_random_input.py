@@ -21,7 +21,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 def bad_input(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     yield importlib.import_module("bad_input")
-    for name in ("bad_input", "bad_input_draws", "faults"):
+    for name in ("bad_input", "bad_input_draws", "bad_input_files", "bad_input_words", "faults"):
         sys.modules.pop(name, None)
 
 

@@ -26,20 +26,6 @@ from fem_spa.solid.observe import Silent
 from geometry.tagged import TaggedMesh
 
 Deck = Callable[..., str]
-DECK = """
-[geometry]
-file = "block.msh"
-unit = "mm"
-[materials.body]
-law = "neo-hooke"
-C10 = "0.1 MPa"
-[loads]
-pressure = "6 kPa"
-path = ["2 kPa"]
-contact = false
-[solver]
-imposed_steps = 4
-"""
 
 
 class Killed(BaseException):
@@ -71,9 +57,9 @@ def without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def whole(deck: Deck) -> dict[str, bytes]:
+def whole(long_deck: Deck) -> dict[str, bytes]:
     """What an undisturbed run leaves; the deck is there as deck.toml."""
-    assert main(["solve", deck(DECK), "--out", "whole"]) == 0
+    assert main(["solve", long_deck(), "--out", "whole"]) == 0
     return results("whole")
 
 
@@ -153,8 +139,10 @@ def test_a_run_that_has_ended_is_not_run_again(whole: dict[str, bytes], capsys: 
         ("solver.imposed_steps=5", "solver.imposed_steps"),
     ],
 )
-def test_another_deck_is_refused_with_the_difference(deck: Deck, capsys: Any, change: str, word: str) -> None:
-    deck(DECK)
+def test_another_deck_is_refused_with_the_difference(
+    long_deck: Deck, capsys: Any, change: str, word: str
+) -> None:
+    long_deck()
     cut(3)
     before = {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()}
     assert main(["solve", "deck.toml", "--out", "out", "--resume", "--set", change]) == 2
@@ -164,17 +152,17 @@ def test_another_deck_is_refused_with_the_difference(deck: Deck, capsys: Any, ch
     assert {k: v for k, v in after.items() if k.name != ".lock"} == before
 
 
-def test_another_mesh_is_refused(deck: Deck, block: TaggedMesh, capsys: Any) -> None:
-    deck(DECK)
+def test_another_mesh_is_refused(long_deck: Deck, block: TaggedMesh, capsys: Any) -> None:
+    long_deck()
     cut(3)
-    deck(DECK, points=block.points * 1.0001)
+    long_deck(points=block.points * 1.0001)
     assert main(["solve", "deck.toml", "--out", "out", "--resume"]) == 2
     assert "mesh" in capsys.readouterr().err
 
 
-def test_the_mesh_of_the_run_is_kept(deck: Deck, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+def test_the_mesh_of_the_run_is_kept(long_deck: Deck, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     """Meshing anew gives points that differ in the last bits: the run goes on, and has ended, on its own."""
-    deck(DECK)
+    long_deck()
     new, times = prepare._new_mesh, itertools.count(1)
 
     def meshed(*words: Any) -> TaggedMesh:
@@ -232,9 +220,9 @@ def test_a_full_disk_is_one_line_and_loses_nothing(
     assert results("out") == whole
 
 
-def test_a_folder_belongs_to_one_run(deck: Deck, capsys: Any, tmp_path: Path) -> None:
+def test_a_folder_belongs_to_one_run(long_deck: Deck, capsys: Any, tmp_path: Path) -> None:
     """Refused before it meshes; what the other has written stays. Its lock does not outlive it."""
-    deck(DECK)
+    long_deck()
     Path("out").mkdir()
     Path("out/curve.csv").write_text("the other's\n")
     with Claim(Path("out")):
