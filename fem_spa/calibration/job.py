@@ -15,6 +15,7 @@ from fem_spa.calibration.observation import Run, read_runs
 from fem_spa.calibration.outcome import Outcome
 from fem_spa.calibration.words import record
 from fem_spa.errors import InputError
+from fem_spa.output.claim import claimed, refused
 from fem_spa.output.files import write_whole
 from materials.bounded import read_toml
 
@@ -46,18 +47,19 @@ def run_job(
     Raises
     ------
     InputError
-        The input is wrong, in one line; nothing was written.
+        The input is wrong, in one line; nothing was written. Or the folder cannot be, or another run has it.
     """
-    is_model = _is_model(job.given)
-    runs = read_runs([*job.records, *job.holdout])
-    named = {path.resolve() for path in job.holdout}
-    held = [run for run in runs if run.path.resolve() in named]
-    train, held = split([run for run in runs if run not in held], held, job.seed)
-    if is_model:
-        outcome, text, mesh = _model(job, train, held, say)
-    else:
-        outcome, text, mesh = _deck(job, train, held, say, observers)
-    _write(job, folder, outcome, text, mesh, command)
+    with claimed(folder):
+        is_model = _is_model(job.given)
+        runs = read_runs([*job.records, *job.holdout])
+        named = {path.resolve() for path in job.holdout}
+        held = [run for run in runs if run.path.resolve() in named]
+        train, held = split([run for run in runs if run not in held], held, job.seed)
+        if is_model:
+            outcome, text, mesh = _model(job, train, held, say)
+        else:
+            outcome, text, mesh = _deck(job, train, held, say, observers)
+        _write(job, folder, outcome, text, mesh, command)
     return outcome
 
 
@@ -133,15 +135,10 @@ def _write(
     from fem_spa.calibration.page import write_page
     from fem_spa.calibration.picture import draw
 
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    with refused(folder):
         for name in WRITTEN:
             (folder / name).unlink(missing_ok=True)
         write_whole(folder / "calibrated.toml", text)
-    except OSError as error:
-        raise InputError(
-            f"given {folder} for --out: it cannot be written ({error.strerror}); give another folder"
-        ) from None
     if mesh is not None:
         mesh(folder / "mesh.msh")
     table = record(outcome, job.given.name, job.seed)

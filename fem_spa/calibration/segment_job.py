@@ -12,6 +12,7 @@ import numpy as np
 from fem_spa.calibration.segment import SegmentLaw, chamber_law
 from fem_spa.deck import read_deck
 from fem_spa.errors import InputError
+from fem_spa.output.claim import claimed, refused
 from fem_spa.output.files import write_whole
 from fem_spa.prepare import prepare
 from fem_spa.reduced.tables import toml_text
@@ -51,12 +52,28 @@ def run_segment(
     Raises
     ------
     InputError
-        The input is wrong, in one line; nothing was written.
+        The input is wrong, in one line; nothing was written. Or the folder cannot be, or another run has it.
     """
     if (job.count is None) != (job.pitch is None):
         raise InputError("a row of chambers needs --count and --pitch, both or neither")
-    deck = read_deck(job.deck, job.overrides)
-    setup = prepare(deck)
+    with claimed(folder):
+        law, problem = _solved(job, say, observers)
+        with refused(folder):
+            for name in WRITTEN:
+                (folder / name).unlink(missing_ok=True)
+            write_whole(folder / "law.csv", law_csv(law))
+        if job.count is not None and job.pitch is not None:
+            row = law.segments(job.count, job.pitch, _mass_of_one(problem, job.pitch))
+            write_whole(folder / "segments.toml", toml_text(row.table()))
+        draw(law, folder / "law.png")
+    return law
+
+
+def _solved(
+    job: SegmentJob, say: Callable[[str], None], observers: Sequence[Any]
+) -> tuple[SegmentLaw, Problem]:
+    """The law, and the piece that it is of."""
+    setup = prepare(read_deck(job.deck, job.overrides))
     problem = setup.problem
     if job.cavity not in problem.mesh.cavities:
         raise InputError(
@@ -75,22 +92,14 @@ def run_segment(
         problem, job.cavity, top, job.near, job.far, reach, layer_line(problem), setup.steps, observers
     )
     say(f"{len(law.pressure)} states up to {show(float(law.pressure[-1]), 'Pa')}")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name in WRITTEN:
-            (folder / name).unlink(missing_ok=True)
-        write_whole(folder / "law.csv", law_csv(law))
-    except OSError as error:
-        raise InputError(f"given {folder} for --out: it cannot be written ({error.strerror})") from None
-    if job.count is not None and job.pitch is not None:
-        density = {n: m.density for n, m in problem.materials.items()}
-        mass = 0.0
-        if all(value is not None for value in density.values()):
-            mass = _mass(problem) * job.pitch / float(np.ptp(problem.mesh.points @ _along(problem)))
-        row = law.segments(job.count, job.pitch, mass)
-        write_whole(folder / "segments.toml", toml_text(row.table()))
-    draw(law, folder / "law.png")
-    return law
+    return law, problem
+
+
+def _mass_of_one(problem: Problem, pitch: float) -> float:
+    """kg of a chamber of the row; 0 where a density is not known."""
+    if any(m.density is None for m in problem.materials.values()):
+        return 0.0
+    return _mass(problem) * pitch / float(np.ptp(problem.mesh.points @ _along(problem)))
 
 
 def layer_line(problem: Problem) -> np.ndarray | None:

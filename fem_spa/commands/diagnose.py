@@ -30,15 +30,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=int, default=0, help="for the choice of records held out and the draws"
     )
-    parser.add_argument("--out", metavar="DIR", type=Path, help="folder (default: out/<name of the model>)")
+    parser.add_argument("--out", metavar="DIR", help="folder (default: out/<name of the model>)")
     parser.add_argument("--no-page", action="store_true", help="figures only: no report.html, no plots")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Diagnose and write; a sentence goes to stdout."""
     from fem_spa.loop.diagnose import diagnose
+    from fem_spa.run import output_place
 
-    out = arguments.out or Path("out") / arguments.model.stem
+    out = output_place(arguments.out, arguments.model.stem)
     outcome = diagnose(
         arguments.model, arguments.records, arguments.holdout, arguments.seed, out, page=not arguments.no_page
     )

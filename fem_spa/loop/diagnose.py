@@ -44,6 +44,7 @@ from fem_spa.loop.search import Found, search
 from fem_spa.loop.split import split
 from fem_spa.loop.unable import unable
 from fem_spa.loop.words import LEAST_TONE, SENTENCE, periodic, signature
+from fem_spa.output.claim import claimed
 from fem_spa.output.files import write_whole
 from fem_spa.output.toml import to_toml
 
@@ -86,8 +87,16 @@ def diagnose(
     Raises
     ------
     InputError
-        for wrong input, before anything is written
+        for wrong input, before anything is written; for a folder that cannot be, or that another run has
     """
+    with claimed(out):
+        return _diagnose(model, paths, holdout, seed, out, page)
+
+
+def _diagnose(
+    model: Path, paths: Sequence[Path], holdout: Sequence[Path], seed: int, out: Path, page: bool
+) -> Outcome:
+    """In a folder that is this run's."""
     say = _progress()
     source = read_source(model)
     both = _together(paths, holdout)

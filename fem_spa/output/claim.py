@@ -6,6 +6,7 @@ import contextlib
 import errno
 import os
 import socket
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -56,6 +57,42 @@ class Claim:
                 self.path.unlink(missing_ok=True)
             os.close(self._handle)
             self._handle = None
+
+
+@contextlib.contextmanager
+def claimed(folder: Path) -> Iterator[None]:
+    """Make a folder and keep other runs out of it for a block; what was made and stays empty goes again.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or another run has it; from the block what it raises.
+    """
+    made = [part for part in (folder, *folder.parents) if not part.exists()]
+    with contextlib.ExitStack() as stack:
+        stack.callback(_remove_empty, made)
+        with refused(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            stack.enter_context(Claim(folder))
+        yield
+
+
+@contextlib.contextmanager
+def refused(folder: Path) -> Iterator[None]:
+    """A folder that the block cannot write to is a wrong input."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"given {folder} for --out: it cannot be written ({error.strerror}); give another folder"
+        ) from None
+
+
+def _remove_empty(folders: Sequence[Path]) -> None:
+    """Remove folders, each within the next, up to the first that something is in."""
+    with contextlib.suppress(OSError):
+        for folder in folders:
+            folder.rmdir()
 
 
 def refuse_busy(folder: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_spa.errors import InputError
-from fem_spa.output.claim import Claim
+from fem_spa.output.claim import claimed, refused
 from fem_spa.output.files import sweep_parts, write_whole
 from fem_spa.output.obstacle_surface import vtp
 from fem_spa.output.table import Columns, centre_line_csv, columns, curve_csv, pressure_headers
@@ -102,9 +101,7 @@ class ResultFolder:
         """
         if self._claimed:
             return
-        with _refused(self.path):
-            self.path.mkdir(parents=True, exist_ok=True)
-            self._held.enter_context(Claim(self.path))
+        self._held.enter_context(claimed(self.path))
         self._claimed = True
 
     def go_on(self, walk: Mapping[str, Any], memory: Mapping[str, Any]) -> None:
@@ -117,7 +114,7 @@ class ResultFolder:
     def start(self, problem: Problem, space: Any) -> None:
         """The problem is accepted: make the folder ready."""
         self.claim()
-        with _refused(self.path):
+        with refused(self.path):
             (self.path / "fields").mkdir(parents=True, exist_ok=True)
             sweep_parts(self.path, WRITTEN)
             sweep_parts(self.path / "fields", ["step_*"])
@@ -127,7 +124,7 @@ class ResultFolder:
         self.problem, self.space = problem, space
         self._motion.start(problem, space)
         self._line.start(problem, space)
-        with _refused(self.path):
+        with refused(self.path):
             if problem.obstacles:
                 write_whole(self.path / "obstacles.vtp", vtp(problem.obstacles, space.points))
             if self._memory is not None:
@@ -250,14 +247,3 @@ class ResultFolder:
             numbers,
             f"{NOTE}; regions {regions}",
         )
-
-
-@contextlib.contextmanager
-def _refused(path: Path) -> Iterator[None]:
-    """A folder that cannot be written is a wrong input."""
-    try:
-        yield
-    except OSError as error:
-        raise InputError(
-            f"given {path} for --out: it cannot be written ({error.strerror}); give another folder"
-        ) from None

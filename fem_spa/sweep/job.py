@@ -13,7 +13,7 @@ from typing import Any
 from fem_spa.engine import Ended, Engine, EngineGone, WorkerLost, open_engine
 from fem_spa.errors import InputError, Unfinished
 from fem_spa.mesh_store import place
-from fem_spa.output.claim import Claim, refuse_busy
+from fem_spa.output.claim import claimed, refuse_busy, refused
 from fem_spa.output.files import write_whole
 from fem_spa.sweep.case import ENDS, Line, Task, draw, read_line, solve
 from fem_spa.sweep.cases import Case, Plan, make_plan
@@ -95,7 +95,11 @@ def run_sweep(request: Request, folder: Path, say: Callable[[str], None] = lambd
     with contextlib.ExitStack() as stack:
         if engine is not None:
             stack.enter_context(engine)
-        stack.enter_context(_room(folder, engine))
+        stack.enter_context(claimed(folder))
+        with refused(folder):
+            if engine is not None:
+                engine.refuse_blind(folder)
+            write_whole(folder / "sweep.json", json.dumps({"status": "running"}) + "\n")
         if engine is not None:
             sweep.engine = engine.words
             say(f"{len(left)} of {len(plan.cases)} cases to run, by {engine.words}")
@@ -129,27 +133,6 @@ def _earlier(sweep: Sweep, again: bool) -> list[Case]:
         else:
             left.append(case)
     return left
-
-
-def _room(folder: Path, engine: Engine | None) -> Claim:
-    """Make the folder, see that it can be written here and seen by all workers; the right to write there."""
-    new = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with Claim(folder):
-            if engine is not None:
-                engine.refuse_blind(folder)
-            write_whole(folder / "sweep.json", json.dumps({"status": "running"}) + "\n")
-    except OSError as error:
-        raise InputError(
-            f"given {folder} for --out: it cannot be written ({error.strerror}); give another folder"
-        ) from None
-    except InputError:
-        if new:
-            with contextlib.suppress(OSError):
-                folder.rmdir()
-        raise
-    return Claim(folder)
 
 
 def _run(sweep: Sweep, engine: Engine, left: Sequence[Case], again: bool, say: Callable[[str], None]) -> None:
