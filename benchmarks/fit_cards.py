@@ -16,7 +16,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from materials.card_writer import write_card
+from fem_spa.output.files import write_whole
+from materials.card_writer import card_toml
 from materials.job import Options, Outcome, fit_tests
 
 LAWS = ("yeoh", "gent", "arruda-boyce", "neo-hooke")
@@ -89,7 +90,7 @@ def main() -> None:
 def save(outcome: Outcome, folder: Path, source: str, note: str) -> None:
     """The card with its source, and its line."""
     card = dataclasses.replace(outcome.card, source=source, note=note)
-    write_card(card, folder / f"{card.name}.toml")
+    write_whole(folder / f"{card.name}.toml", card_toml(card, folder))
     fit = outcome.chosen.fit
     low, high = card.stretch_range or (1.0, 1.0)
     values = ", ".join(

@@ -1,4 +1,4 @@
-"""A card as a TOML file."""
+"""A card as the text of a TOML file."""
 
 from __future__ import annotations
 
@@ -42,14 +42,6 @@ def card_toml(card: Card, folder: Path | None = None) -> str:
             lines.append(f"\n[{title}]")
             lines += [f"{_key(key)} = {_value(value)}" for key, value in table.items() if value is not None]
     return "\n".join(lines) + "\n"
-
-
-def write_card(card: Card, path: str | Path) -> Path:
-    """Write `card` to `path` (folders are made); returns the path."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(card_toml(card, path.parent), encoding="utf-8")
-    return path
 
 
 def _key(name: str) -> str:

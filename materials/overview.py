@@ -6,19 +6,18 @@ import base64
 import math
 from collections.abc import Sequence
 from html import escape
-from pathlib import Path
 
 import numpy as np
 
 from materials.fitting import predict
 from materials.job import Outcome
 from materials.page import STYLE
-from materials.picture import ACCENT, INK, _tidy
+from materials.picture import ACCENT, INK, png, tidy
 from materials.response import principal_stretches
 
 
-def save_overview(outcomes: Sequence[Outcome], picture: Path, page: Path, command: str) -> None:
-    """PNG with a panel a material, and a page with it and the table."""
+def overview(outcomes: Sequence[Outcome]) -> bytes:
+    """PNG with a panel a material."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -48,12 +47,15 @@ def save_overview(outcomes: Sequence[Outcome], picture: Path, page: Path, comman
             f"{outcome.card.name}\n{fit.name}, {100 * fit.rmse_share:.2g} %", loc="left", fontsize=9
         )
         axes.tick_params(labelsize=8)
-        _tidy(axes)
+        tidy(axes)
     figure.supxlabel("stretch [1]", fontsize=10)
     figure.supylabel("nominal stress [kPa]", fontsize=10)
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=80)
-    image = base64.b64encode(picture.read_bytes()).decode("ascii")
+    return png(figure, 80)
+
+
+def overview_page(outcomes: Sequence[Outcome], picture: bytes, command: str) -> str:
+    """HTML with the overview inside it, and the table."""
+    image = base64.b64encode(picture).decode("ascii")
     rows_text = ""
     for o in outcomes:
         fit = o.chosen.fit
@@ -71,4 +73,4 @@ def save_overview(outcomes: Sequence[Outcome], picture: Path, page: Path, comman
         f"<section><table><tr>{head}</tr>{rows_text}</table></section>",
         f"<section><p>Made with</p><pre>{escape(command)}</pre></section></main></html>",
     ]
-    page.write_text("\n".join(parts), encoding="utf-8")
+    return "\n".join(parts)

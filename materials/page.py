@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from html import escape
-from pathlib import Path
 
 from materials.card_writer import card_toml
 from materials.job import Outcome, table_rows
@@ -25,10 +24,10 @@ pre { background: #f3f4f6; padding: 10px 14px; border-radius: 4px; overflow-x: a
 """
 
 
-def save_page(outcome: Outcome, picture: Path, path: Path, command: str) -> Path:
-    """HTML at `path`, the picture inside it."""
+def page(outcome: Outcome, picture: bytes, command: str) -> str:
+    """HTML with the picture (PNG) inside it."""
     fit, u = outcome.chosen.fit, outcome.chosen.uncertainty
-    image = base64.b64encode(picture.read_bytes()).decode("ascii")
+    image = base64.b64encode(picture).decode("ascii")
     mind = " class='mind'" if outcome.warnings else ""
     parts = [
         f"<!doctype html><html lang='en'><meta charset='utf-8'><title>{escape(outcome.card.name)}</title>",
@@ -91,9 +90,7 @@ def save_page(outcome: Outcome, picture: Path, path: Path, command: str) -> Path
         parts.append("</ul></section>")
     parts.append(f"<section><h2>Card</h2><pre>{escape(card_toml(outcome.card))}</pre>")
     parts.append(f"<p>Made with</p><pre>{escape(command)}</pre></section></main></html>")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(parts), encoding="utf-8")
-    return path
+    return "\n".join(parts)
 
 
 def _stable_words(outcome: Outcome) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import io
 from typing import Any
 
 import numpy as np
@@ -31,8 +31,8 @@ ACCENT, GREY, INK = "#1f5fa8", "#6b7280", "#1f2937"
 MOST_LAWS = 7
 
 
-def save_picture(outcome: Outcome, path: Path) -> Path:
-    """Three panels of stress over stretch, one a mode, and under each its residuals; PNG at `path`."""
+def picture(outcome: Outcome) -> bytes:
+    """PNG: three panels of stress over stretch, one a mode, and under each its residuals."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -61,9 +61,14 @@ def save_picture(outcome: Outcome, path: Path) -> Path:
     )
     if inelastic:
         _inelastic(figure, grid, outcome)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
-    return path
+    return png(figure, 110)
+
+
+def png(figure: Any, dpi: int) -> bytes:
+    """A figure as a file's content."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi)
+    return buffer.getvalue()
 
 
 def _title(outcome: Outcome) -> str:
@@ -78,7 +83,7 @@ def _shown(outcome: Outcome) -> list[Ranked]:
     return rows if any(r.name == outcome.chosen.name for r in rows) else [*rows[:-1], outcome.chosen]
 
 
-def _tidy(axes: Any, zero: bool = True) -> None:
+def tidy(axes: Any, zero: bool = True) -> None:
     axes.grid(True, color="#e5e7eb", linewidth=0.8)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
@@ -162,7 +167,7 @@ def _curves(
     )
     axes.set_ylabel("nominal stress [kPa]")
     axes.tick_params(labelbottom=False)
-    _tidy(axes)
+    tidy(axes)
 
 
 def _residuals(
@@ -191,7 +196,7 @@ def _residuals(
             largest = max(largest, float(np.max(np.abs(error))))
     axes.set_ylim(-2.5 * largest - 1e-9, 2.5 * largest + 1e-9)
     axes.set_ylabel("fit less data [kPa]")
-    _tidy(axes)
+    tidy(axes)
 
 
 def _inelastic(figure: Any, grid: Any, outcome: Outcome) -> None:
@@ -219,7 +224,7 @@ def _inelastic(figure: Any, grid: Any, outcome: Outcome) -> None:
         axes.set_title(f"{s.kind}: {len(series.g)} Prony terms", loc="left", fontsize=11, fontweight="bold")
         axes.set_xlabel("time [s]")
         axes.set_ylabel("nominal stress [kPa]")
-        _tidy(axes, zero=False)
+        tidy(axes, zero=False)
     for s, m in outcome.mullins[: 3 - k]:
         from materials.mullins import softening
         from materials.response import invariants
@@ -235,4 +240,4 @@ def _inelastic(figure: Any, grid: Any, outcome: Outcome) -> None:
         axes.set_title("Mullins (Ogden-Roxburgh)", loc="left", fontsize=11, fontweight="bold")
         axes.set_xlabel("stretch [1]")
         axes.set_ylabel("nominal stress [kPa]")
-        _tidy(axes)
+        tidy(axes)

@@ -8,7 +8,7 @@ import numpy as np
 
 from fem_spa.calibration.observation import UNITS, Run
 from fem_spa.calibration.outcome import Outcome
-from fem_spa.output.style import ACCENT, GREY, SECOND, figure, tidy
+from fem_spa.output.style import ACCENT, GREY, SECOND, figure, tidy, write_picture
 from fem_spa.reduced.tables import factor
 
 _MOST = 4000
@@ -52,7 +52,7 @@ def draw(outcome: Outcome, path: Path) -> None:
     for axes in (left, right):
         tidy(axes)
         axes.legend(frameon=False, fontsize=9)
-    picture.savefig(path, dpi=110)
+    write_picture(path, picture, 110)
 
 
 def _across(run: Run, over_time: bool) -> np.ndarray:

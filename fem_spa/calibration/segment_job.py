@@ -153,7 +153,7 @@ def law_csv(law: SegmentLaw) -> str:
 
 def draw(law: SegmentLaw, path: Path) -> None:
     """Curvature, the moment that would hold the piece straight, and stretch over pressure."""
-    from fem_spa.output.style import ACCENT, SECOND, figure, tidy
+    from fem_spa.output.style import ACCENT, SECOND, figure, tidy, write_picture
 
     picture = figure(10.0, 4.0)
     left, right = picture.subplots(1, 2)
@@ -165,4 +165,4 @@ def draw(law: SegmentLaw, path: Path) -> None:
     right.set(title="Stretch", xlabel="pressure [kPa]", ylabel="axial strain [%]")
     for axes in (left, right):
         tidy(axes)
-    picture.savefig(path, dpi=110)
+    write_picture(path, picture, 110)

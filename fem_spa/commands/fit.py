@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -69,7 +70,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fit and write; the table goes to stdout."""
+    from materials.card_writer import card_toml
     from materials.job import find_tests, fit_each, fit_tests, slug
+    from materials.page import page
+    from materials.picture import picture
 
     _sort_out(arguments)
     options = _options(arguments)
@@ -79,20 +83,29 @@ def run(arguments: argparse.Namespace) -> int:
         outcome = fit_tests(files, options)
         target = arguments.out or Path("out") / f"{outcome.card.name}.toml"
         target = target if target.suffix == ".toml" else target / f"{outcome.card.name}.toml"
-        page = _write(outcome, target, command)
+        drawn, seen = picture(outcome), target.with_suffix(".html")
+        _write(
+            {
+                target: card_toml(outcome.card, target.parent),
+                target.with_suffix(".png"): drawn,
+                seen: page(outcome, drawn, command),
+            }
+        )
         print(_report(outcome))
-        print(f"\nCard {target}, see {page}")
+        print(f"\nCard {target}, see {seen}")
         return 0
     folder = arguments.out or Path("out")
     _refuse_twins(files)
     outcomes = fit_each(files, [_named(options, slug(file.stem)) for file in files])
-    from materials.overview import save_overview
+    from materials.overview import overview, overview_page
 
-    for outcome in outcomes:
-        _write_card(outcome, folder / f"{outcome.card.name}.toml")
-    save_overview(outcomes, folder / "overview.png", folder / "overview.html", command)
+    drawn, seen = overview(outcomes), folder / "overview.html"
+    cards: dict[Path, str | bytes] = {
+        folder / f"{outcome.card.name}.toml": card_toml(outcome.card, folder) for outcome in outcomes
+    }
+    _write({**cards, folder / "overview.png": drawn, seen: overview_page(outcomes, drawn, command)})
     print(_summary(outcomes))
-    print(f"{len(outcomes)} cards in {folder}, see {folder / 'overview.html'}")
+    print(f"{len(outcomes)} cards in {folder}, see {seen}")
     return 0
 
 
@@ -170,24 +183,19 @@ def _refuse_twins(files: list[Path]) -> None:
         seen[name] = file
 
 
-def _write_card(outcome: Outcome, target: Path) -> None:
+def _write(files: Mapping[Path, str | bytes]) -> None:
+    """Each file whole or as it was; they are made in this order."""
     from fem_spa.errors import InputError
-    from materials.card_writer import write_card
+    from fem_spa.output.files import write_whole
 
-    try:
-        write_card(outcome.card, target)
-    except OSError as error:
-        raise InputError(f"--out {target} cannot be written: {error.strerror}; give another place") from None
-
-
-def _write(outcome: Outcome, target: Path, command: str) -> Path:
-    """Card, picture, page; where the page is."""
-    from materials.page import save_page
-    from materials.picture import save_picture
-
-    _write_card(outcome, target)
-    picture = save_picture(outcome, target.with_suffix(".png"))
-    return save_page(outcome, picture, target.with_suffix(".html"), command)
+    for path, content in files.items():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(path, content)
+        except OSError as error:
+            raise InputError(
+                f"--out {path} cannot be written: {error.strerror}; give another place"
+            ) from None
 
 
 def _report(outcome: Outcome) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fem_spa.output.files import write_whole
-from fem_spa.output.style import ACCENT, GREY, INK, SECOND, WARN, figure, tidy
+from fem_spa.output.style import ACCENT, GREY, INK, SECOND, WARN, figure, tidy, write_picture
 
 COLOURS = (ACCENT, SECOND, "#14633b", WARN, GREY, "#7c3aed")
 Numbers = Sequence[float] | np.ndarray
@@ -75,10 +74,8 @@ def paint(
 
 def save(drawing: Any, path: Path) -> None:
     """Write a figure as .png."""
-    buffer = io.BytesIO()
-    drawing.savefig(buffer, format="png", dpi=120)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, buffer.getvalue())
+    write_picture(path, drawing, 120)
 
 
 def table(path: Path, columns: Mapping[str, Numbers]) -> None:

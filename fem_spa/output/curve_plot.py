@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_spa.output.files import write_whole
-from fem_spa.output.style import ACCENT, GREY, SECOND, WARN, figure, tidy
+from fem_spa.output.style import ACCENT, GREY, SECOND, WARN, figure, tidy, write_picture
 from fem_spa.output.table import obstacle_forces
 from fem_spa.output.words import ended_at_touch, holds, number, pressures, straight
 from fem_spa.solid.problem import Problem, Result, Row
@@ -57,9 +55,7 @@ def write_curve(path: Path, problem: Problem, result: Result, rows: Sequence[Row
             _force_over_pressure(axes.pop(0), problem, result, rows)
         if rows and volume:
             _pressure_over_volume(axes.pop(0), problem, rows)
-    buffer = io.BytesIO()
-    drawing.savefig(buffer, format="png", dpi=150)
-    write_whole(path, buffer.getvalue())
+    write_picture(path, drawing, 150)
 
 
 def _abscissa(problem: Problem, result: Result, rows: Sequence[Row]) -> tuple[np.ndarray, str, float | None]:

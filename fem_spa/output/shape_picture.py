@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from fem_spa.output.files import write_whole
 from fem_spa.output.obstacle_surface import surface
 from fem_spa.output.render import Layer, Rendering, RenderingFailed
-from fem_spa.output.style import INK, figure
+from fem_spa.output.style import INK, figure, write_picture
 from fem_spa.output.surface import bending_plane, on_paper, outside, shading, turned
 from fem_spa.output.words import number, pressures, straight
 from fem_spa.solid.problem import Problem, Row, State
@@ -97,9 +95,7 @@ class ShapePicture:
         axes.set_title(title or _title(self.row), fontweight="bold", fontsize=16, color=INK)
         if self.coloured:
             self._colour_bar(drawing, axes)
-        buffer = io.BytesIO()
-        drawing.savefig(buffer, format="png", dpi=150)
-        write_whole(path, buffer.getvalue())
+        write_picture(path, drawing, 150)
 
     def _paint(self, axes: Any, extent: tuple[float, float, float, float]) -> None:
         """Every layer over the one before, by VTK or, where that fails, by matplotlib."""

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import io
+from pathlib import Path
 from typing import Any
+
+from fem_spa.output.files import write_whole
 
 ACCENT = "#1f5fa8"
 SECOND = "#a8481f"
@@ -35,3 +39,10 @@ def tidy(axes: Any, zero: bool = True) -> None:
     axes.title.set_fontweight("bold")
     if zero:
         axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
+
+
+def write_picture(path: Path, drawing: Any, dpi: int) -> None:
+    """Write a figure as .png, whole or not at all (`write_whole`)."""
+    buffer = io.BytesIO()
+    drawing.savefig(buffer, format="png", dpi=dpi)
+    write_whole(path, buffer.getvalue())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import itertools
 import math
 from collections.abc import Callable, Sequence
@@ -11,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_spa.output.files import write_whole
-from fem_spa.output.style import ACCENT, GREY, INK, SECOND, WARN, figure, tidy
+from fem_spa.output.style import ACCENT, GREY, INK, SECOND, WARN, figure, tidy, write_picture
 from fem_spa.output.words import number
 from fem_spa.sweep.axes import Axis
 from fem_spa.sweep.case import read_curve
@@ -40,12 +38,6 @@ def draw_all(sweep: Any) -> list[str]:
         except Exception as error:  # a picture that cannot be drawn does not cost the table
             notes.append(f"{name} could not be drawn ({type(error).__name__}: {error}).")
     return notes
-
-
-def _save(drawing: Any, path: Path) -> None:
-    buffer = io.BytesIO()
-    drawing.savefig(buffer, format="png", dpi=130)
-    write_whole(path, buffer.getvalue())
 
 
 def position(axis: Axis, case: Case, index: int) -> float:
@@ -108,7 +100,7 @@ def curves(sweep: Any, path: Path) -> None:
         f"{some}{', x: ended before its end' if stopped else ''}", color=INK, loc="left", fontweight="bold"
     )
     tidy(axes)
-    _save(drawing, path)
+    write_picture(path, drawing, 130)
 
 
 def _abscissa(tables: Sequence[dict[str, list[float]]]) -> str:
@@ -142,7 +134,7 @@ def keys(sweep: Any, path: Path) -> None:
         color=INK,
         fontweight="bold",
     )
-    _save(drawing, path)
+    write_picture(path, drawing, 130)
 
 
 def _end(sweep: Any, case: Case, column: str) -> float | None:
@@ -218,7 +210,7 @@ def maps(sweep: Any, path: Path) -> None:
     bar.outline.set_visible(False)
     rest = "" if len(plan.axes) == 2 or plan.sample else ", mean over the other keys"
     drawing.suptitle(f"At the end of the path, over two keys{rest}", color=INK, fontweight="bold")
-    _save(drawing, path)
+    write_picture(path, drawing, 130)
 
 
 def _grid(sweep: Any, axes: Any, i: int, j: int, column: str, scale: Any) -> Any:
