@@ -1,14 +1,22 @@
-"""The printed 3-DoF actuator: what its rubber's law, gravity, contact and unprinted sizes do to the angle."""
+"""The printed 3-DoF actuator: what its rubber's law, gravity, contact and unprinted sizes do to the angle.
+
+Its runs know nothing of one another: one a core at a time.
+"""
 
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from fem_spa.engine import open_engine
 from fem_spa.output.compare import at, cost, draw, table
-from fem_spa.run import Outcome, run_deck
+from fem_spa.run import run_deck
 
 SUMMARY = (
     "printed 3-DoF actuator, one channel to 12 kPa: nonlinear and linear law, gravity, contact on and off"
@@ -46,18 +54,34 @@ SIZES = {
 TOGETHER = "both, contact"
 
 
+@dataclass(frozen=True)
+class Task:
+    """One run: its name, the deck, its folder, what is changed."""
+
+    name: str
+    deck: Path
+    folder: Path
+    changes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """What is told of a run: pressures (kPa), angles (deg), touch (kPa), chord (mm), tip face's (rad)."""
+
+    name: str
+    pressure: list[float]
+    angle: list[float]
+    touch: float | None
+    chord: float | None
+    tip_face: float
+    exit_status: int
+    record: dict[str, Any]
+
+
 def run(out: Path) -> int:
     """Solve every case into a folder of its own under `out`; prints and draws the angles."""
-    done: dict[str, Outcome] = {}
-    for name, changes in CASES.items():
-        done[name] = run_deck(DECK, out / name.replace(", ", "_").replace(" ", "_"), changes)
-    curves = {
-        name: (
-            [row.pressure["1"] / 1e3 for row in outcome.result.rows],
-            [abs(math.degrees(row.angle)) for row in outcome.result.rows],
-        )
-        for name, outcome in done.items()
-    }
+    done, together = solve_all(tasks(out))
+    curves = {name: (done[name].pressure, done[name].angle) for name in CASES}
     grid = np.arange(0.0, 13.0)
     columns = {name: [at(*curve, p) for p in grid] for name, curve in curves.items()}
     table(
@@ -67,52 +91,82 @@ def run(out: Path) -> int:
     print("angle [deg]\npressure [kPa] " + " ".join(f"{name:>21s}" for name in columns))
     for i, p in enumerate(grid):
         print(f"{p:14.0f} " + " ".join(f"{values[i]:21.2f}" for values in columns.values()))
-    tell(done["contact, gravity"], columns)
-    varied = sizes(out)
-    tell_sizes(done, varied)
+    main = done["contact, gravity"]
+    tell(main, columns)
+    tell_sizes(done)
     print(REMARK)
-    touch = done["contact, gravity"].result.touch_pressure
     draw(
         out / "angle.png",
         "Tripod, one channel inflated",
         ("pressure of channel 1 [kPa]", "angle [deg]"),
         curves,
         {"measured": ([12.0], [MEASURED]), "the paper's linear law": ([12.0], [LINEAR])},
-        {"first touch": touch["1"] / 1e3} if touch else {},
+        {"first touch": main.touch} if main.touch else {},
     )
-    every = {**done, **varied}
-    for name, outcome in every.items():
-        print(cost(name, outcome.record))
-    return max(outcome.exit_status for outcome in every.values())
+    for name in (*CASES, *SIZES, TOGETHER):
+        print(cost(name, done[name].record))
+    largest = max(each.record["peak_rss_mb"] or 0.0 for each in done.values())
+    print(f"{together} at a time, so at most {together} x {largest:.0f} MB together.")
+    return max(each.exit_status for each in done.values())
 
 
-def sizes(out: Path) -> dict[str, Outcome]:
-    """The runs with other sizes: one at a time without contact, which is cheaper; both with it."""
-    varied = {}
-    for name, changes in SIZES.items():
-        off = [*changes, "loads.contact=false", "loads.points=1"]
-        varied[name] = run_deck(DECK, out / name.replace(" ", "_"), off)
+def tasks(out: Path) -> list[Task]:
+    """What is solved, the longest first; other sizes one at a time without contact, which is cheaper."""
+    found = [
+        Task(name, DECK, out / name.replace(", ", "_").replace(" ", "_"), tuple(changes))
+        for name, changes in CASES.items()
+    ]
     every = [change for changes in SIZES.values() for change in changes]
-    varied[TOGETHER] = run_deck(DECK, out / "both", [*every, "loads.points=1"])
-    return varied
+    found.insert(1, Task(TOGETHER, DECK, out / "both", (*every, "loads.points=1")))
+    for name, changes in SIZES.items():
+        off = (*changes, "loads.contact=false", "loads.points=1")
+        found.append(Task(name, DECK, out / name.replace(" ", "_"), off))
+    return found
 
 
-def tell_sizes(done: dict[str, Outcome], varied: dict[str, Outcome]) -> None:
+def solve_all(given: Sequence[Task]) -> tuple[dict[str, Solved], int]:
+    """Each run's name and what came of it; how many ran at a time."""
+    done = {}
+    with open_engine(most=len(given)) as engine:
+        together = engine.workers
+        for ended in engine.run(solved, given):
+            if ended.error is not None:
+                raise ended.error
+            done[ended.value.name] = ended.value
+            print(f"{ended.value.name}: {ended.value.record['status']}", file=sys.stderr, flush=True)
+    return done, together
+
+
+def solved(task: Task) -> Solved:
+    """Solve one, with all its files."""
+    outcome = run_deck(task.deck, task.folder, task.changes, quiet=True)
+    result = outcome.result
+    if result.status == "interrupted":
+        raise KeyboardInterrupt
+    motion = result.rows[-1].motion
+    return Solved(
+        task.name,
+        [row.pressure["1"] / 1e3 for row in result.rows],
+        [abs(math.degrees(row.angle)) for row in result.rows],
+        result.touch_pressure["1"] / 1e3 if result.touch_pressure else None,
+        1e3 * motion.chord_length if motion is not None else None,
+        abs(motion.tip_face) if motion is not None else 0.0,
+        outcome.exit_status,
+        outcome.record,
+    )
+
+
+def tell_sizes(done: dict[str, Solved]) -> None:
     """What each chosen size is worth at the end of the path."""
     print("\nOther sizes, also chosen      angle [deg]   more than as drawn")
-    for name, outcome in varied.items():
+    for name in (*SIZES, TOGETHER):
         drawn = "contact, gravity" if name == TOGETHER else OFF
-        ours, before = last_angle(outcome), last_angle(done[drawn])
+        ours, before = done[name].angle[-1], done[drawn].angle[-1]
         note = "" if name == TOGETHER else " (contact off)"
         print(f"{name:28s} {ours:12.1f} {100 * (ours / before - 1):+18.0f} %{note}")
 
 
-def last_angle(outcome: Outcome) -> float:
-    """deg at the end of the path."""
-    return abs(math.degrees(outcome.result.rows[-1].angle))
-
-
-def tell(main: Outcome, columns: dict[str, list[float]]) -> None:
+def tell(main: Solved, columns: dict[str, list[float]]) -> None:
     """The paper's figures beside ours."""
     full, linear = columns["contact, gravity"][-1], columns["linear law"][-1]
     print(
@@ -120,15 +174,12 @@ def tell(main: Outcome, columns: dict[str, list[float]]) -> None:
         f"Linear law: {linear:.1f} deg; the paper has {LINEAR:.0f} deg.\n"
         f"Ratio of the two: {full / linear:.1f}; the paper's {THEIRS / LINEAR:.1f}."
     )
-    touch = main.result.touch_pressure
-    if touch:
-        print(f"The chambers first touch at {touch['1'] / 1e3:.2f} kPa.")
-    motion = main.result.rows[-1].motion
-    if motion is not None and motion.chord_length > 0:
-        angle = abs(motion.tip_face)
-        arc = LENGTH * math.sin(angle) / angle
-        right = 2 * LENGTH * math.sin(angle / 2) / angle
+    if main.touch:
+        print(f"The chambers first touch at {main.touch:.2f} kPa.")
+    if main.chord and main.tip_face:
+        arc = LENGTH * math.sin(main.tip_face) / main.tip_face
+        right = 2 * LENGTH * math.sin(main.tip_face / 2) / main.tip_face
         print(
-            f"Chord {1e3 * motion.chord_length:.1f} mm; the paper's S sin(a) / a with S 135 mm: "
+            f"Chord {main.chord:.1f} mm; the paper's S sin(a) / a with S 135 mm: "
             f"{1e3 * arc:.1f} mm\n(the chord of an arc is S sin(a / 2) / (a / 2): {1e3 * right:.1f} mm)."
         )
