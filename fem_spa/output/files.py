@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 
-def write_whole(path: Path, content: bytes | str) -> None:
+def write_whole(path: Path, content: bytes | bytearray | str) -> None:
     """Write `content` (text as UTF-8) to `path`, replacing what was there in one step.
 
     A reader at any moment, or after an interruption, finds the old file or the new one, never a part.

@@ -17,7 +17,15 @@ import numpy as np
 from fem_spa.output.claim import claimed, refused
 from fem_spa.output.files import sweep_parts, write_whole
 from fem_spa.output.obstacle_surface import vtp
-from fem_spa.output.table import Columns, centre_line_csv, columns, curve_csv, pressure_headers
+from fem_spa.output.table import (
+    Columns,
+    centre_line_csv,
+    centre_line_lines,
+    columns,
+    curve_csv,
+    curve_line,
+    pressure_headers,
+)
 from fem_spa.output.vtu import pvd, vtu
 from fem_spa.solid.centre_line import CentreLine
 from fem_spa.solid.motion import MotionWatch
@@ -68,6 +76,8 @@ class ResultFolder:
         self._nodal: Any = None
         self._motion, self._line = MotionWatch(), CentreLine()
         self.seconds = 0.0
+        self._columns = Columns(())
+        self._tables: dict[str, bytearray] = {}
         self._steps: list[tuple[float, str]] = []
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="fields")
         self._pending: list[Future[None]] = []
@@ -129,7 +139,8 @@ class ResultFolder:
                 write_whole(self.path / "obstacles.vtp", vtp(problem.obstacles, space.points))
             if self._memory is not None:
                 self._recall(self._memory)
-            self._write_curve()
+            self._begin_tables()
+            self._write_tables()
             self._write_list_of_fields()
 
     def _remove_earlier(self) -> None:
@@ -178,7 +189,8 @@ class ResultFolder:
         self.rows.append(replace(row, motion=motion))
         self._told.append([asdict(motion), self._line.lines[-1].tolist()])
         self.last_state = state
-        self._write_curve()
+        self._grow_tables(self.rows[-1])
+        self._write_tables()
         self.beside(lambda: self._write_fields(state, row))
         self.seconds += time.perf_counter() - begun
 
@@ -201,16 +213,26 @@ class ResultFolder:
             self._pending.pop(0).result()
         self.seconds += time.perf_counter() - begun
 
-    def _write_curve(self) -> None:
-        write_whole(self.path / "curve.csv", curve_csv(self.rows, self._columns))
-        if len(self._line.arc):
-            text = centre_line_csv(self.rows, self._line.arc, self._line.lines, self._columns)
-            write_whole(self.path / "centre_line.csv", text)
-
-    @property
-    def _columns(self) -> Columns:
+    def _begin_tables(self) -> None:
+        """The tables with the rows that there are."""
         assert self.problem is not None
-        return columns(self.problem)
+        self._columns = columns(self.problem)
+        texts = {"curve.csv": curve_csv(self.rows, self._columns)}
+        if len(self._line.arc):
+            lines = self._line.lines
+            texts["centre_line.csv"] = centre_line_csv(self.rows, self._line.arc, lines, self._columns)
+        self._tables = {name: bytearray(text.encode()) for name, text in texts.items()}
+
+    def _grow_tables(self, row: Row) -> None:
+        """One row more, so that no number is put into words twice."""
+        self._tables["curve.csv"] += curve_line(row, self._columns).encode()
+        if "centre_line.csv" in self._tables:
+            text = centre_line_lines(row, self._line.arc, self._line.lines[-1], self._columns)
+            self._tables["centre_line.csv"] += text.encode()
+
+    def _write_tables(self) -> None:
+        for name, content in self._tables.items():
+            write_whole(self.path / name, content)
 
     def _write_list_of_fields(self) -> None:
         write_whole(self.path / "fields.pvd", pvd(self._steps))

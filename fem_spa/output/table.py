@@ -96,11 +96,13 @@ def obstacle_forces(row: Row, count: int) -> list[float]:
 
 def curve_csv(rows: Sequence[Row], c: Columns) -> str:
     """The text of curve.csv; numbers with ten significant digits, `nan` where there is none."""
-    lines = [",".join(_cell(name) for name in header(c))]
-    for row in rows:
-        numbers = values(row, c)
-        lines.append(",".join([f"{row.step:d}", *(f"{number:.10g}" for number in numbers[1:])]))
-    return "\n".join(lines) + "\n"
+    return _line(header(c)) + "".join(curve_line(row, c) for row in rows)
+
+
+def curve_line(row: Row, c: Columns) -> str:
+    """The line of one row, as in `curve_csv`."""
+    numbers = values(row, c)
+    return ",".join([f"{row.step:d}", *(f"{number:.10g}" for number in numbers[1:])]) + "\n"
 
 
 def centre_line_csv(rows: Sequence[Row], arc: np.ndarray, lines: Sequence[np.ndarray], c: Columns) -> str:
@@ -111,12 +113,22 @@ def centre_line_csv(rows: Sequence[Row], arc: np.ndarray, lines: Sequence[np.nda
     arc : (n,) m along the axis at rest;  lines : a step each, (n, 3) m
     """
     names = ["step", *pressure_headers(c.cavities), "s [mm]", "x [mm]", "y [mm]", "z [mm]"]
-    text = [",".join(_cell(name) for name in names)]
-    for row, line in zip(rows, lines, strict=False):
-        head = [f"{row.step:d}", *(f"{row.pressure[name] / 1e3:.10g}" for name in c.cavities)]
-        for s, point in zip(arc, line, strict=True):
-            text.append(",".join([*head, *(f"{1e3 * value:.6g}" for value in (s, *point))]))
-    return "\n".join(text) + "\n"
+    steps = zip(rows, lines, strict=True)
+    return _line(names) + "".join(centre_line_lines(row, arc, line, c) for row, line in steps)
+
+
+def centre_line_lines(row: Row, arc: np.ndarray, line: np.ndarray, c: Columns) -> str:
+    """The lines of one step, as in `centre_line_csv`."""
+    head = [f"{row.step:d}", *(f"{row.pressure[name] / 1e3:.10g}" for name in c.cavities)]
+    return "".join(
+        ",".join([*head, *(f"{1e3 * value:.6g}" for value in (s, *point))]) + "\n"
+        for s, point in zip(arc, line, strict=True)
+    )
+
+
+def _line(names: Sequence[str]) -> str:
+    """The line of the header cells."""
+    return ",".join(_cell(name) for name in names) + "\n"
 
 
 def _cell(text: str) -> str:
