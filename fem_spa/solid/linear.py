@@ -47,8 +47,11 @@ class LinearSolver(Protocol):
 
     def free(self) -> None: ...
 
-    def on(self, pattern: Pattern) -> LinearSolver:
-        """The same kind of solver for another pattern, counting on; this one is freed."""
+    def on(self, pattern: Pattern, single: bool = False) -> LinearSolver:
+        """The same kind of solver for another pattern, counting on; this one is freed.
+
+        Factors that are in single precision stay so; `single` makes them so where the solver can.
+        """
         ...
 
 
@@ -148,7 +151,7 @@ class Pardiso:
         """Symbolic factorization, and the precision that fits."""
         self._symbolic()
         allowed = (1.0 - _KEPT_FREE) * free_memory()
-        if self._given == "auto" and self._needed_bytes > allowed:
+        if self._given == "auto" and not self.single and self._needed_bytes > allowed:
             self._call(-1)
             self.single = True
             self._symbolic()
@@ -217,9 +220,10 @@ class Pardiso:
             self._call(-1)
             self._analysed = False
 
-    def on(self, pattern: Pattern) -> LinearSolver:
+    def on(self, pattern: Pattern, single: bool = False) -> LinearSolver:
         self.free()
         other = Pardiso(pattern, self._given)
+        other.single = self.single or single
         other.factorizations = self.factorizations
         return other
 
@@ -259,7 +263,7 @@ class SuperLU:
         """Drop the factors."""
         self._factors = None
 
-    def on(self, pattern: Pattern) -> LinearSolver:
+    def on(self, pattern: Pattern, single: bool = False) -> LinearSolver:
         self.free()
         other = SuperLU(pattern)
         other.factorizations = self.factorizations

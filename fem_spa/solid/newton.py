@@ -119,7 +119,8 @@ class Factors:
         """What the next steps depend on; arrays in it are never changed."""
         names = ("border", "gradient", "schur", "on_volume", "distrust", "patience", "data")
         updates = [list(pair) for pair in self.updates]
-        return {**{name: getattr(self, name) for name in names}, "updates": updates}
+        kept = {name: getattr(self, name) for name in names}
+        return {**kept, "updates": updates, "single": self.solver.single}
 
     def recall(self, memory: Mapping[str, Any], system: System) -> None:
         """Go on from what `memory` gave: the same matrix has the same factors."""
@@ -127,7 +128,7 @@ class Factors:
             setattr(self, name, memory[name])
         self.updates = [(w, s) for w, s in memory["updates"]]
         if self.data is not None:
-            self.solver = self.solver.on(system.pattern)
+            self.solver = self.solver.on(system.pattern, memory.get("single", False))
             try:
                 self.solver.factorize(self.data)
             except SingularMatrix:  # as it was then

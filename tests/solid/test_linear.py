@@ -48,17 +48,22 @@ def test_factors_single_give_the_same_solution(matrix):
     np.testing.assert_allclose(there, here, rtol=0, atol=1e-10 * np.abs(here).max())
 
 
+def needs(matrix):
+    """Bytes that the factors need in double and in single precision."""
+    sizes = []
+    for factors in ("double", "single"):
+        probe = make_solver(matrix[0], "pardiso", factors)
+        probe.factorize(matrix[1])
+        sizes.append(probe._needed_bytes)
+        probe.free()
+    return sizes
+
+
 @pytest.mark.parametrize("free, single", [(math.inf, False), (64 * GIGABYTE, False), (None, True)])
 def test_auto_is_single_where_memory_is_short(matrix, monkeypatch, free, single):
     """Catches a unit mistaken in what the analysis foretells (KB)."""
     pytest.importorskip("pypardiso")
-    pattern, data, _ = matrix
-    sizes = []
-    for factors in ("double", "single"):
-        probe = make_solver(pattern, "pardiso", factors)
-        probe.factorize(data)
-        sizes.append(probe._needed_bytes)
-        probe.free()
+    sizes = needs(matrix)
     assert 1e5 < sizes[1] < sizes[0] < 0.1 * GIGABYTE  # of a body of some thousand unknowns
     between = 0.5 * (sizes[0] + sizes[1]) / 0.8
     monkeypatch.setattr(linear, "free_memory", lambda: free or between)
@@ -103,6 +108,50 @@ def test_the_same_curve(finger_problem, control):
     for a, b in zip(states["double"], states["single"], strict=True):
         size = np.abs(states["double"][-1].displacement).max()
         np.testing.assert_allclose(b.displacement, a.displacement, rtol=0, atol=1e-8 * size)
+
+
+def test_another_pattern_has_the_same_precision(matrix, monkeypatch):
+    """Room that comes later, while contact makes the pattern grow, does not change the run's digits."""
+    pytest.importorskip("pypardiso")
+    short = 0.99 * needs(matrix)[0] / 0.8
+    monkeypatch.setattr(linear, "free_memory", lambda: short)
+    solver = make_solver(matrix[0], "pardiso")
+    solver.factorize(matrix[1])
+    assert solver.single
+    monkeypatch.setattr(linear, "free_memory", lambda: math.inf)
+    solver = solver.on(matrix[0])
+    solver.factorize(matrix[1])
+    assert solver.single
+    monkeypatch.setattr(linear, "free_memory", lambda: 1e3)
+    solver = solver.on(matrix[0])
+    with pytest.raises(InputError, match="even in single"):
+        solver.factorize(matrix[1])
+
+
+@pytest.mark.parametrize("contact", [False, True])
+def test_a_walk_goes_on_with_the_factors_that_it_had(matrix, finger_problem, monkeypatch, contact):
+    """Memory is short in the first run and not in the second: the same to the last bit."""
+    pytest.importorskip("pypardiso")
+    loads = Loads([{"near": 9e3, "far": 9e3}])
+    problem = replace(finger_problem(loads), contact=contact)
+    short, memories = 0.99 * needs(matrix)[0] / 0.8, []
+    monkeypatch.setattr(linear, "free_memory", lambda: short)
+    whole = solve(problem, StepControl(), keep=memories.append)
+    monkeypatch.setattr(linear, "free_memory", lambda: math.inf)
+    again = solve(problem, StepControl(), memory=memories[len(memories) // 2])
+    other = solve(problem, StepControl())
+    assert [any(SINGLE in w for w in run.warnings) for run in (whole, again, other)] == [True, True, False]
+    shape = whole.states[0].displacement
+    assert np.array_equal(again.states[0].displacement, shape)
+    assert not np.array_equal(other.states[0].displacement, shape)
+    # the other way round the run goes on all the same, and says so
+    memories.clear()
+    solve(problem, StepControl(), keep=memories.append)
+    monkeypatch.setattr(linear, "free_memory", lambda: short)
+    again = solve(problem, StepControl(), memory=memories[len(memories) // 2])
+    assert any(SINGLE in line for line in again.warnings)
+    shown = again.states[0].displacement
+    np.testing.assert_allclose(shown, shape, rtol=0, atol=1e-7 * np.abs(shape).max())
 
 
 def test_free_memory_is_the_least_that_the_system_allows(tmp_path):
