@@ -23,6 +23,8 @@ FORMAT = 1
 _SMALL = 16  # numbers: fewer stand in the .json itself
 _ARRAY, _VALUES, _BLOCK = "<array>", "<values>", "<block>"
 _NAME = re.compile(r"\d{8}\.(npy|json)")
+Written = dict[int, tuple[Any, list[Any]]]
+"""id of an array or tuple -> itself, so that the id stays its own, and what names its file."""
 
 
 class Damaged(Exception):
@@ -43,15 +45,13 @@ class Checkpoints:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._serial = 0
-        self._written: dict[
-            int, tuple[Any, list[Any]]
-        ] = {}  # id -> the object, kept alive, and its reference
+        self._written: Written = {}
         self._names: list[set[str]] = []  # files of the last checkpoints
 
     def save(self, content: Mapping[str, Any]) -> None:
         """Write a checkpoint; only when it is whole are those before the last one removed."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        used: dict[int, tuple[Any, list[Any]]] = {}
+        used: Written = {}
         encoded = self._encode(content, used)
         name = f"checkpoint_{self._next():08d}.json"
         text = json.dumps(encoded)
@@ -96,7 +96,7 @@ class Checkpoints:
 
     # -- writing ---------------------------------------------------------------------------------
 
-    def _encode(self, value: Any, used: dict[int, tuple[Any, list[Any]]]) -> Any:
+    def _encode(self, value: Any, used: Written) -> Any:
         if isinstance(value, np.ndarray):
             if value.size <= _SMALL:
                 return [_VALUES, value.dtype.str, list(value.shape), value.ravel().tolist()]
@@ -109,7 +109,7 @@ class Checkpoints:
             return [self._encode(item, used) for item in value]
         return value.item() if isinstance(value, np.generic) else value
 
-    def _reference(self, kind: str, value: Any, used: dict[int, tuple[Any, list[Any]]]) -> list[Any]:
+    def _reference(self, kind: str, value: Any, used: Written) -> list[Any]:
         known = used.get(id(value)) or self._written.get(id(value))
         if known is None:
             if kind == _ARRAY:
@@ -127,16 +127,16 @@ class Checkpoints:
 
     # -- reading ---------------------------------------------------------------------------------
 
-    def _read(self, path: Path) -> tuple[dict[str, Any], dict[int, tuple[Any, list[Any]]]]:
+    def _read(self, path: Path) -> tuple[dict[str, Any], Written]:
         told = json.loads(path.read_text(encoding="utf-8"))
         if told["format"] != FORMAT or told["crc"] != _crc(json.dumps(told["content"])):
             raise Damaged(path.name)
-        used: dict[int, tuple[Any, list[Any]]] = {}
+        used: Written = {}
         by_name: dict[str, Any] = {}
         content = self._decode(told["content"], used, by_name)
         return content, used
 
-    def _decode(self, value: Any, used: dict[int, tuple[Any, list[Any]]], by_name: dict[str, Any]) -> Any:
+    def _decode(self, value: Any, used: Written, by_name: dict[str, Any]) -> Any:
         if isinstance(value, Mapping):
             return {key: self._decode(item, used, by_name) for key, item in value.items()}
         if not isinstance(value, list):

@@ -52,7 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
     from fem_spa.errors import InputError
     from fem_spa.output.progress import Progress
     from fem_spa.run import listen, output_place
-    from fem_spa.sweep.job import Request, run_sweep
+    from fem_spa.sweep.job import run_sweep
+    from fem_spa.sweep.state import Request
     from fem_spa.sweep.words import best, verdict
 
     given, vary = arguments.deck, list(arguments.vary)

@@ -83,10 +83,10 @@ def _answer(message: bytes) -> bytes:
     except KeyboardInterrupt:
         return pickle.dumps(("interrupted", None))
     except BaseException as error:  # SystemExit too: the worker has more tasks to come
-        return _of(error)
+        return _error(error)
 
 
-def _of(error: BaseException) -> bytes:
+def _error(error: BaseException) -> bytes:
     """An exception that the other side can read; one that cannot travel becomes a RuntimeError."""
     try:
         message = pickle.dumps(("error", error))

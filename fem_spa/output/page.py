@@ -1,4 +1,4 @@
-"""What the pages of solve, sweep and calibrate have in common: shell, tiles, notes, pictures."""
+"""What the pages of solve, sweep and calibrate have in common: shell, tiles, facts, notes, pictures."""
 
 from __future__ import annotations
 
@@ -39,6 +39,12 @@ def tiles(pairs: Iterable[tuple[str, str]]) -> str:
         f"<div><strong>{escaped(value)}</strong><span>{escaped(label)}</span></div>" for label, value in pairs
     )
     return f'<section class="tiles">{cells}</section>\n'
+
+
+def facts(pairs: Iterable[tuple[str, str]]) -> str:
+    """A table of names and what there is to say of each, as HTML."""
+    rows = "".join(f"<tr><th>{escaped(name)}</th><td>{value}</td></tr>" for name, value in pairs)
+    return f"<table>{rows}</table>"
 
 
 def notes(title: str, items: Sequence[str]) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fem_spa.output.files import write_whole
-from fem_spa.output.page import document, escaped, notes, pictures, tiles
+from fem_spa.output.page import document, escaped, facts, notes, pictures, tiles
 from fem_spa.output.table import columns, header, obstacle_forces, values
 from fem_spa.output.toml import to_toml
 from fem_spa.output.words import number, pressures, straight, verdict
@@ -116,11 +116,6 @@ def _cell(name: str, value: float) -> str:
     return number(value, 5) if decimals is None or value != value else f"{value:.{decimals}f}"
 
 
-def _pairs(pairs: Iterable[tuple[str, Any]]) -> str:
-    rows = "".join(f"<tr><th>{escaped(name)}</th><td>{value}</td></tr>" for name, value in pairs)
-    return f"<table>{rows}</table>"
-
-
 def _what_was_run(problem: Problem, record: Mapping[str, Any]) -> str:
     mesh, loads = record["mesh"], problem.loads
     pairs: list[tuple[str, Any]] = [
@@ -149,7 +144,7 @@ def _what_was_run(problem: Problem, record: Mapping[str, Any]) -> str:
         pairs.append(("force on the tip", escaped(", ".join(number(f) for f in loads.tip_force) + " N")))
     pairs.append(("contact", escaped(_contact(problem))))
     pairs += [(f"obstacle {k + 1}", escaped(_obstacle(o))) for k, o in enumerate(problem.obstacles)]
-    return f"<section><h2>What was run</h2>{_pairs(pairs)}</section>\n"
+    return f"<section><h2>What was run</h2>{facts(pairs)}</section>\n"
 
 
 def _contact(problem: Problem) -> str:
@@ -218,4 +213,4 @@ def _cost(record: Mapping[str, Any]) -> str:
             "curve.csv, centre_line.csv, result.json, fields.pvd (open in ParaView), curve.png, shape.png",
         ),
     ]
-    return f"<section><h2>What it took</h2>{_pairs(pairs)}</section>\n"
+    return f"<section><h2>What it took</h2>{facts(pairs)}</section>\n"

@@ -74,8 +74,7 @@ def read_line(folder: Path) -> Line | None:
     """
     try:
         table = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-        with (folder / "curve.csv").open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = _curve_rows(folder)
         end = {name: float(value) for name, value in rows[-1].items()} if rows else {}
         status, message = str(table["status"]), str(table["message"])
         if (folder / "error.log").is_file():
@@ -83,6 +82,11 @@ def read_line(folder: Path) -> Line | None:
         return Line(status, "" if status == "done" else message, end, _cost(table))
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
+
+
+def _curve_rows(folder: Path) -> list[dict[str, str]]:
+    with (folder / "curve.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def _cost(table: dict[str, Any]) -> dict[str, float]:
@@ -103,8 +107,7 @@ def _cost(table: dict[str, Any]) -> dict[str, float]:
 def read_curve(folder: Path) -> dict[str, list[float]]:
     """Columns of a case's curve.csv; none where there is no curve."""
     try:
-        with (folder / "curve.csv").open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = _curve_rows(folder)
         return {name: [float(row[name]) for row in rows] for name in rows[0]} if rows else {}
     except (OSError, ValueError, TypeError):
         return {}

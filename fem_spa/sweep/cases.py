@@ -153,11 +153,7 @@ def _drawn(axes: Sequence[Axis], tables: Mapping[str, Any], count: int, seed: in
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that counts which are no power of two are less even
-        try:
-            points = qmc.Sobol(len(axes), scramble=True, rng=seed)
-        except TypeError:  # scipy before 1.15
-            points = qmc.Sobol(len(axes), scramble=True, seed=seed)
-        shares = points.random(count)
+        shares = qmc.Sobol(len(axes), scramble=True, rng=seed).random(count)
     whole = [_counts(axis, tables) for axis in axes]
     return [
         tuple(axis.at(float(u), w) for axis, u, w in zip(axes, row, whole, strict=True)) for row in shares
@@ -207,13 +203,7 @@ def _case(
     mesh = mesh_key(deck, shape)
     resolved = _plain(deck) | {"geometry": mesh}
     resolved["materials"] = {
-        name: [
-            _law(m.law),
-            m.parameters,
-            m.bulk,
-            m.density,
-        ]
-        for name, m in materials.items()
+        name: [_law(m.law), m.parameters, m.bulk, m.density] for name, m in materials.items()
     }
     return Case(_digest(resolved), tuple(values), deck, mesh)
 

@@ -6,7 +6,6 @@ import contextlib
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,58 +15,14 @@ from fem_spa.mesh_store import place
 from fem_spa.output.claim import claimed, refuse_busy, refused
 from fem_spa.output.files import write_whole
 from fem_spa.sweep.case import ENDS, Line, Task, draw, read_line, solve
-from fem_spa.sweep.cases import Case, Plan, make_plan
+from fem_spa.sweep.cases import Case, make_plan
+from fem_spa.sweep.state import Request, Sweep
 from fem_spa.sweep.table import folder_of, sweep_csv
 from fem_spa.sweep.words import case_words, time_left
 
 WRITTEN = ("sweep.csv", "sweep.json", "curves.png", "keys.png", "maps.png", "report.html")
 SECONDS_BETWEEN_TABLES = 1.0
-"""So long at least a table of thousands of rows stays as it is; cases are on disk in their folders."""
-
-
-@dataclass(frozen=True)
-class Request:
-    """What was asked for.
-
-    again : also cases that ended by themselves, but not at the end of their path, are solved once more
-    """
-
-    deck: Path
-    vary: tuple[str, ...]
-    sample: str | None = None
-    seed: int = 0
-    overrides: tuple[str, ...] = ()
-    scheduler: str | None = None
-    workers: int | None = None
-    again: bool = False
-    command: str = "fem-spa sweep ..."
-
-
-@dataclass
-class Sweep:
-    """How it goes.
-
-    status : `done`, `interrupted` or `stopped`
-    lines : name of a case -> what is known of it
-    found : cases that were solved before;  seconds : of this call;  engine : in words
-    """
-
-    plan: Plan
-    folder: Path
-    status: str = "done"
-    message: str = ""
-    lines: dict[str, Line] = field(default_factory=dict)
-    found: int = 0
-    seconds: float = 0.0
-    engine: str = "nothing was left to run"
-
-    def count(self, *statuses: str) -> int:
-        """Cases of these statuses."""
-        return sum(self.line(case).status in statuses for case in self.plan.cases)
-
-    def line(self, case: Case) -> Line:
-        """What is known of a case."""
-        return self.lines.get(case.name, Line("waiting", "not run"))
+"""The table, which may have thousands of rows, is written no more often; a case is in its folder at once."""
 
 
 def run_sweep(request: Request, folder: Path, say: Callable[[str], None] = lambda text: None) -> Sweep:
@@ -124,12 +79,13 @@ def _earlier(sweep: Sweep, again: bool) -> list[Case]:
     keep = ENDS[:1] if again else ENDS
     left = []
     for case in sweep.plan.cases:
-        line = (
-            Line("refused", case.refused) if case.deck is None else read_line(sweep.folder / folder_of(case))
-        )
-        if case.deck is None or (line is not None and line.status in keep):
-            sweep.lines[case.name] = line or Line("waiting")
-            sweep.found += case.deck is not None
+        if case.deck is None:
+            sweep.lines[case.name] = Line("refused", case.refused)
+            continue
+        line = read_line(sweep.folder / folder_of(case))
+        if line is not None and line.status in keep:
+            sweep.lines[case.name] = line
+            sweep.found += 1
         else:
             left.append(case)
     return left
@@ -208,7 +164,7 @@ def _finish(sweep: Sweep, request: Request) -> None:
 
     folder = sweep.folder
     write_whole(folder / "sweep.csv", sweep_csv(sweep.plan, sweep.lines))
-    statuses = [sweep.line(case).status for case in sweep.plan.cases]
+    statuses = [line.status for line in sweep.in_order()]
     record: dict[str, Any] = {
         "status": sweep.status,
         "message": sweep.message,
@@ -226,5 +182,4 @@ def _finish(sweep: Sweep, request: Request) -> None:
         "versions": versions(),
     }
     write_whole(folder / "sweep.json", json.dumps(record, indent=1, ensure_ascii=False) + "\n")
-    notes = draw_all(sweep)
-    write_page(folder / "report.html", sweep, request, notes)
+    write_page(folder / "report.html", sweep, request, draw_all(sweep))

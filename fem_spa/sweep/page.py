@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from fem_spa.output.files import write_whole
-from fem_spa.output.page import document, escaped, notes, pictures, tiles
+from fem_spa.output.page import document, escaped, facts, notes, pictures, tiles
 from fem_spa.output.words import number
 from fem_spa.sweep.case import Line
 from fem_spa.sweep.cases import Case
-from fem_spa.sweep.table import folder_of, main_output, merged
+from fem_spa.sweep.state import Request, Sweep
+from fem_spa.sweep.table import folder_of, merged
 from fem_spa.sweep.words import STATUS, best, failures, keys_words, verdict
 
 MOST_ROWS = 500
@@ -57,12 +57,11 @@ document.querySelectorAll("table.sweep").forEach(table => {
 """
 
 
-def write_page(path: Path, sweep: Any, request: Any, warnings: Sequence[str]) -> None:
+def write_page(path: Path, sweep: Sweep, request: Request, warnings: Sequence[str]) -> None:
     """Write the page beside the pictures, which it holds as data.
 
     Parameters
     ----------
-    sweep : a `job.Sweep`;  request : the `job.Request` it came from
     warnings : of the pictures
     """
     name = path.parent.resolve().name
@@ -77,9 +76,9 @@ def write_page(path: Path, sweep: Any, request: Any, warnings: Sequence[str]) ->
     write_whole(path, document(name, sections, _STYLE, _SCRIPT))
 
 
-def _verdict(sweep: Any, name: str) -> str:
-    every = sweep.count("done") == len(sweep.plan.cases)
-    kind = "done" if every else "interrupted" if sweep.count("done") else "stopped"
+def _verdict(sweep: Sweep, name: str) -> str:
+    solved = sweep.count("done")
+    kind = "done" if solved == len(sweep.plan.cases) else "interrupted" if solved else "stopped"
     lines = [sweep.message] if sweep.message else []
     message = "".join(f"<p>{escaped(text)}</p>" for text in (*lines, *best(sweep)))
     return (
@@ -88,13 +87,13 @@ def _verdict(sweep: Any, name: str) -> str:
     )
 
 
-def _tiles(sweep: Any) -> str:
-    lines = [sweep.line(case) for case in sweep.plan.cases]
+def _tiles(sweep: Sweep) -> str:
+    lines, solved = sweep.in_order(), sweep.count("done")
     work = sum(line.cost.get("seconds", 0.0) for line in lines)
     numbers = [
         ("designs", str(len(lines))),
-        ("solved", str(sweep.count("done"))),
-        ("not solved", str(len(lines) - sweep.count("done"))),
+        ("solved", str(solved)),
+        ("not solved", str(len(lines) - solved)),
     ]
     if sweep.found:
         numbers.append(("of them solved before this call", str(sweep.found)))
@@ -109,7 +108,7 @@ def _duration(seconds: float) -> str:
     return f"{number(seconds / 60, 3)} min" if seconds < 7200 else f"{number(seconds / 3600, 3)} h"
 
 
-def _failures(sweep: Any, warnings: Sequence[str]) -> str:
+def _failures(sweep: Sweep, warnings: Sequence[str]) -> str:
     items = []
     for status, reason, cases in failures(sweep):
         named = "; ".join(escaped(keys_words(sweep.plan, case)) for case in cases[:MOST_NAMED])
@@ -120,19 +119,19 @@ def _failures(sweep: Any, warnings: Sequence[str]) -> str:
     return notes("What is not solved", [*items, *map(escaped, warnings)])
 
 
-def _table(sweep: Any) -> str:
+def _table(sweep: Sweep) -> str:
     """A row a case: keys, how it ended, the end of its curve, the way to its page."""
     plan = sweep.plan
-    lines = {case.name: sweep.line(case) for case in plan.cases}
-    known = merged(line.end for line in lines.values())
-    main = main_output(list(lines.values()))[0]
-    shown = [n for n in known if n.startswith((main, *COLUMNS)) and _any(lines.values(), n)]
+    lines = sweep.in_order()
+    known = merged(line.end for line in lines)
+    shown = [n for n in known if n.startswith((sweep.output.column, *COLUMNS)) and _any(lines, n)]
     names = [*(axis.title for axis in plan.axes), "status", *shown, "seconds", "case"]
     head = "".join(
         f'<th class="{"key" if k < len(plan.axes) else ""}">{escaped(name)}</th>'
         for k, name in enumerate(names)
     )
-    body = "".join(_row(sweep, case, lines[case.name], shown) for case in plan.cases[:MOST_ROWS])
+    rows = list(zip(plan.cases, lines, strict=True))[:MOST_ROWS]
+    body = "".join(_row(sweep, case, line, shown) for case, line in rows)
     more = len(plan.cases) - MOST_ROWS
     rest = f"<p>{more} more are in sweep.csv.</p>" if more > 0 else ""
     return (
@@ -143,12 +142,12 @@ def _table(sweep: Any) -> str:
     )
 
 
-def _any(lines: Any, name: str) -> bool:
+def _any(lines: Sequence[Line], name: str) -> bool:
     """Whether a column has numbers; one of zeros (the angle of a straight actuator) says nothing."""
     return any(math.isfinite(value) and value for line in lines if (value := line.end.get(name)) is not None)
 
 
-def _row(sweep: Any, case: Case, line: Line, shown: Sequence[str]) -> str:
+def _row(sweep: Sweep, case: Case, line: Line, shown: Sequence[str]) -> str:
     cells = []
     for value in case.values:
         data = "" if value.number is None else f' data-value="{value.number!r}"'
@@ -159,17 +158,16 @@ def _row(sweep: Any, case: Case, line: Line, shown: Sequence[str]) -> str:
     word = f'<a href="{place}/report.html">{line.status}</a>' if has_page else line.status
     cells.append(f'<td class="word"{title}>{word}</td>')
     for name in (*shown, "seconds"):
-        number_ = line.end.get(name, line.cost.get(name, math.nan))
-        finite = math.isfinite(number_)
-        data = f"{number_!r}" if finite else ""
-        cells.append(f'<td data-value="{data}">{escaped(number(number_, 4)) if finite else ""}</td>')
+        found = line.end.get(name, line.cost.get(name, math.nan))
+        data, text = (repr(found), escaped(number(found, 4))) if math.isfinite(found) else ("", "")
+        cells.append(f'<td data-value="{data}">{text}</td>')
     cells.append(f'<td class="word">{case.name}</td>')
     return f'<tr class="{"" if line.status == "done" else "bad"}">{"".join(cells)}</tr>'
 
 
-def _what_was_run(sweep: Any, request: Any) -> str:
+def _what_was_run(sweep: Sweep, request: Request) -> str:
     plan = sweep.plan
-    pairs = [("deck", escaped(request.deck))]
+    pairs = [("deck", str(request.deck))]
     for axis in plan.axes:
         if plan.sample and axis.interval:
             values = f"{axis.interval[0]:g} to {axis.interval[1]:g} {axis.unit}"
@@ -177,7 +175,7 @@ def _what_was_run(sweep: Any, request: Any) -> str:
             listed = ", ".join(value.label for value in axis.values[:12])
             more = f" and {len(axis.values) - 12} more" if len(axis.values) > 12 else ""
             values = f"{listed}{more} {axis.unit}"
-        pairs.append((escaped(axis.key), escaped(values.strip())))
+        pairs.append((axis.key, values.strip()))
     how = (
         f"{plan.sample} points of a Sobol sequence, seed {request.seed}"
         if plan.sample
@@ -185,17 +183,17 @@ def _what_was_run(sweep: Any, request: Any) -> str:
     )
     pairs.append(("designs", how + (f"; {plan.twins} are the same as others" if plan.twins else "")))
     for text in request.overrides:
-        pairs.append(("set", escaped(text)))
+        pairs.append(("set", text))
     meshes = len({case.mesh for case in plan.cases if case.mesh})
     pairs.append(("meshes", f"{meshes}, shared by the designs that differ in materials and loads only"))
-    pairs.append(("run by", escaped(sweep.engine)))
-    memory = [sweep.line(case).cost.get("memory [MB]", math.nan) for case in plan.cases]
+    pairs.append(("run by", sweep.engine))
+    memory = [line.cost.get("memory [MB]", math.nan) for line in sweep.in_order()]
     known = [value for value in memory if math.isfinite(value)]
     if known:
         pairs.append(("memory", f"{max(known):.0f} MB at most in one process"))
-    rows = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in pairs)
+    table = facts((name, escaped(value)) for name, value in pairs)
     return (
-        f"<section><h2>What was run</h2><table>{rows}</table></section>\n"
+        f"<section><h2>What was run</h2>{table}</section>\n"
         "<section><h2>How to go on</h2><p>The same call runs only what is not solved yet; with more "
         f"values, only those that are new.</p><pre>{escaped(request.command)}</pre></section>\n"
     )

@@ -15,7 +15,8 @@ from fem_spa.output.words import number
 from fem_spa.sweep.axes import Axis
 from fem_spa.sweep.case import read_curve
 from fem_spa.sweep.cases import Case
-from fem_spa.sweep.table import folder_of, main_output
+from fem_spa.sweep.state import Sweep
+from fem_spa.sweep.table import folder_of
 
 COLOURS = "viridis"
 MOST_CURVES = 200
@@ -27,7 +28,7 @@ FEW = 8
 CATEGORIES = (ACCENT, SECOND, "#14633b", WARN, GREY, "#7a3e9d", "#0e7490", "#be185d")
 
 
-def draw_all(sweep: Any) -> list[str]:
+def draw_all(sweep: Sweep) -> list[str]:
     """Write curves.png, keys.png and maps.png as far as there is something to see; what failed, in words."""
     notes = []
     for name, draw in (("curves.png", curves), ("keys.png", keys), ("maps.png", maps)):
@@ -40,7 +41,7 @@ def draw_all(sweep: Any) -> list[str]:
     return notes
 
 
-def position(axis: Axis, case: Case, index: int) -> float:
+def _position(axis: Axis, case: Case, index: int) -> float:
     """Where a case stands along a key: its number, or the place of its word in the list."""
     value = case.values[index]
     return value.number if axis.numeric and value.number is not None else float(axis.values.index(value))
@@ -59,7 +60,7 @@ def _colour(axis: Axis, index: int, drawing: Any, axes: Any) -> Callable[[Case],
         bar = drawing.colorbar(ScalarMappable(scale, COLOURS), ax=axes, pad=0.02)
         bar.set_label(axis.title)
         bar.outline.set_visible(False)
-        return lambda case: colormaps[COLOURS](scale(position(axis, case, index)))
+        return lambda case: colormaps[COLOURS](scale(_position(axis, case, index)))
     last = max(1, len(axis.values) - 1)
     hues: list[Any] = [CATEGORIES[k % len(CATEGORIES)] for k in range(last + 1)]
     if few:
@@ -70,30 +71,29 @@ def _colour(axis: Axis, index: int, drawing: Any, axes: Any) -> Callable[[Case],
     return lambda case: hues[axis.values.index(case.values[index])]
 
 
-def curves(sweep: Any, path: Path) -> None:
+def curves(sweep: Sweep, path: Path) -> None:
     """The main output over the pressure, a line a case, coloured by the first key that is not a load."""
-    column, label, _ = main_output([sweep.line(case) for case in sweep.plan.cases])
+    output = sweep.output
     found = [(case, read_curve(sweep.folder / folder_of(case))) for case in sweep.plan.cases[:MOST_CURVES]]
-    found = [(case, curve) for case, curve in found if len(curve.get(column, ())) > 1]
+    found = [(case, curve) for case, curve in found if len(curve.get(output.column, ())) > 1]
     if not found:
         return
     abscissa = _abscissa([curve for _, curve in found])
     drawing = figure(8.6, 5.2)
     axes = drawing.add_subplot()
-    keys = [k for k, axis in enumerate(sweep.plan.axes) if axis.path[0] != "loads"]
-    first = next(iter(keys), 0)
+    first = next((k for k, axis in enumerate(sweep.plan.axes) if axis.path[0] != "loads"), 0)
     colour = _colour(sweep.plan.axes[first], first, drawing, axes)
     stopped = False
     for case, curve in found:
         if abscissa not in curve:
             continue
-        x, y, hue = curve[abscissa], curve[column], colour(case)
+        x, y, hue = curve[abscissa], curve[output.column], colour(case)
         axes.plot(x, y, color=hue, linewidth=1.6 if len(found) <= 40 else 0.9, zorder=3)
         if sweep.line(case).status != "done":
             axes.plot(x[-1:], y[-1:], "x", color=hue, markersize=7, markeredgewidth=2, zorder=4)
             stopped = True
     axes.set_xlabel(abscissa)
-    axes.set_ylabel(label)
+    axes.set_ylabel(output.label)
     many = len(sweep.plan.cases)
     some = f"the first {MOST_CURVES} of {many} designs" if many > MOST_CURVES else f"{len(found)} designs"
     axes.set_title(
@@ -113,10 +113,10 @@ def _abscissa(tables: Sequence[dict[str, list[float]]]) -> str:
     return max(sorted(names), key=span)
 
 
-def keys(sweep: Any, path: Path) -> None:
+def keys(sweep: Sweep, path: Path) -> None:
     """The end of the main output over each key, lines between cases that differ in that key alone."""
     plan = sweep.plan
-    column, label, _ = main_output([sweep.line(case) for case in plan.cases])
+    column, label = sweep.output.column, sweep.output.label
     shown = [i for i, axis in enumerate(plan.axes) if len({case.values[i] for case in plan.cases}) > 1]
     shown = shown[:MOST_PANELS]
     solved = [case for case in plan.cases if _end(sweep, case, column) is not None]
@@ -137,20 +137,19 @@ def keys(sweep: Any, path: Path) -> None:
     write_picture(path, drawing, 130)
 
 
-def _end(sweep: Any, case: Case, column: str) -> float | None:
+def _end(sweep: Sweep, case: Case, column: str) -> float | None:
     """The end of a solved case: others end elsewhere, and cannot be compared with it."""
     line = sweep.line(case)
     value = line.end.get(column, math.nan)
     return value if line.status == "done" and math.isfinite(value) else None
 
 
-def _over_key(sweep: Any, axes: Any, drawing: Any, i: int, column: str) -> None:
+def _over_key(sweep: Sweep, axes: Any, drawing: Any, i: int, column: str) -> None:
+    """The panel of one key, its colours by the first of the others."""
     plan = sweep.plan
     axis = plan.axes[i]
     other = next((j for j in range(len(plan.axes)) if j != i), None)
-    colour: Callable[[Case], Any] = lambda case: ACCENT  # noqa: E731
-    if other is not None:
-        colour = _colour(plan.axes[other], other, drawing, axes)
+    colour = (lambda _: ACCENT) if other is None else _colour(plan.axes[other], other, drawing, axes)
     groups: dict[Any, list[Case]] = {}
     for case in plan.cases:
         rest = tuple(v.text for k, v in enumerate(case.values) if k != i)
@@ -158,7 +157,7 @@ def _over_key(sweep: Any, axes: Any, drawing: Any, i: int, column: str) -> None:
     lines = not plan.sample and len(groups) <= MOST_LINES
     missed = []
     for group in groups.values():
-        pairs = [(position(axis, case, i), _end(sweep, case, column)) for case in group]
+        pairs = [(_position(axis, case, i), _end(sweep, case, column)) for case in group]
         missed += [x for x, y in pairs if y is None]
         points = sorted((x, y) for x, y in pairs if y is not None)
         if points:
@@ -182,10 +181,10 @@ def _short(text: str) -> str:
     return text if len(text) <= 18 else text[:16] + "..."
 
 
-def maps(sweep: Any, path: Path) -> None:
+def maps(sweep: Sweep, path: Path) -> None:
     """The end of the main output over every two keys."""
     plan = sweep.plan
-    column, label, _ = main_output([sweep.line(case) for case in plan.cases])
+    column, label = sweep.output.column, sweep.output.label
     shown = [i for i in range(len(plan.axes)) if len({case.values[i] for case in plan.cases}) > 1]
     pairs = list(itertools.combinations(shown, 2))[:MOST_MAPS]
     values = [value for case in plan.cases if (value := _end(sweep, case, column)) is not None]
@@ -213,16 +212,16 @@ def maps(sweep: Any, path: Path) -> None:
     write_picture(path, drawing, 130)
 
 
-def _grid(sweep: Any, axes: Any, i: int, j: int, column: str, scale: Any) -> Any:
+def _grid(sweep: Sweep, axes: Any, i: int, j: int, column: str, scale: Any) -> Any:
     """A cell a pair of values, its number in it; cells that are not solved are left open with a cross."""
     plan = sweep.plan
     first, second = plan.axes[i], plan.axes[j]
-    xs, ys = (sorted({position(a, c, k) for c in plan.cases}) for a, k in ((first, i), (second, j)))
+    xs, ys = (sorted({_position(a, c, k) for c in plan.cases}) for a, k in ((first, i), (second, j)))
     total, count = np.zeros((len(ys), len(xs))), np.zeros((len(ys), len(xs)))
     for case in plan.cases:
         value = _end(sweep, case, column)
         if value is not None:
-            at = ys.index(position(second, case, j)), xs.index(position(first, case, i))
+            at = ys.index(_position(second, case, j)), xs.index(_position(first, case, i))
             total[at] += value
             count[at] += 1
     cells = np.where(count > 0, total / np.maximum(count, 1), np.nan)
@@ -251,13 +250,13 @@ def _grid(sweep: Any, axes: Any, i: int, j: int, column: str, scale: Any) -> Any
     return image
 
 
-def _cloud(sweep: Any, axes: Any, i: int, j: int, column: str, scale: Any) -> Any:
+def _cloud(sweep: Sweep, axes: Any, i: int, j: int, column: str, scale: Any) -> Any:
     """Drawn points, coloured; between them, where only these two keys vary, the linear interpolation."""
     plan = sweep.plan
     first, second = plan.axes[i], plan.axes[j]
     solved = [(case, value) for case in plan.cases if (value := _end(sweep, case, column)) is not None]
-    x = np.array([position(first, case, i) for case, _ in solved])
-    y = np.array([position(second, case, j) for case, _ in solved])
+    x = np.array([_position(first, case, i) for case, _ in solved])
+    y = np.array([_position(second, case, j) for case, _ in solved])
     z = np.array([value for _, value in solved])
     if len(plan.axes) == 2 and first.numeric and second.numeric and len(solved) >= 6:
         axes.tricontourf(x, y, z, 24, cmap=COLOURS, norm=scale, alpha=0.75)
@@ -266,7 +265,7 @@ def _cloud(sweep: Any, axes: Any, i: int, j: int, column: str, scale: Any) -> An
     )
     missed = [case for case in plan.cases if _end(sweep, case, column) is None]
     if missed:
-        places = [(position(first, case, i), position(second, case, j)) for case in missed]
+        places = [(_position(first, case, i), _position(second, case, j)) for case in missed]
         axes.plot(*zip(*places, strict=True), "x", color=WARN, zorder=4)
     for axis, set_ticks in ((first, axes.set_xticks), (second, axes.set_yticks)):
         if not axis.numeric:

@@ -6,9 +6,31 @@ import csv
 import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from fem_spa.sweep.case import Line
 from fem_spa.sweep.cases import Case, Plan
+
+
+class Output(NamedTuple):
+    """A number at the end of a curve.
+
+    column : of curve.csv;  name : in words;  unit : for sentences;  label : for axes
+    """
+
+    column: str
+    name: str
+    unit: str
+    label: str
+
+
+OUTPUTS = (
+    Output("force [N]", "force of the held tip", "N", "force of the held tip [N]"),
+    Output("angle [deg]", "bending angle", "°", "bending angle [deg]"),
+    Output("extension [mm]", "stroke of the tip", "mm", "stroke of the tip [mm]"),
+    Output("volume [mm^3]", "enclosed volume", "mm³", "enclosed volume [mm³]"),
+)
+"""A sweep is about the first of them that moves in any case."""
 
 
 def folder_of(case: Case) -> str:
@@ -24,8 +46,7 @@ def sweep_csv(plan: Plan, lines: Mapping[str, Line]) -> str:
     lines : name of a case -> what is known of it; one that is not in it is `waiting`
     """
     known = [lines.get(case.name, Line("waiting")) for case in plan.cases]
-    end = merged(line.end for line in known)
-    end = [name for name in end if name != "step"]
+    end = [name for name in merged(line.end for line in known) if name != "step"]
     cost = merged(line.cost for line in known)
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
@@ -54,19 +75,10 @@ def _cell(value: float | None) -> str:
     return "" if value is None or not math.isfinite(value) else f"{value:.10g}"
 
 
-MAIN = (
-    ("force [N]", "force of the held tip [N]", "N"),
-    ("angle [deg]", "bending angle [deg]", "°"),
-    ("extension [mm]", "stroke of the tip [mm]", "mm"),
-    ("volume [mm^3]", "enclosed volume [mm³]", "mm³"),
-)
-"""Column, label and unit of what a sweep is about: the first of them that moves in any case."""
-
-
-def main_output(lines: Sequence[Line]) -> tuple[str, str, str]:
-    """The one of `MAIN` that the cases show."""
-    for column, label, unit in MAIN:
-        values = [line.end.get(column, math.nan) for line in lines]
+def main_output(lines: Sequence[Line]) -> Output:
+    """The one of `OUTPUTS` that the cases show."""
+    for output in OUTPUTS:
+        values = [line.end.get(output.column, math.nan) for line in lines]
         if any(math.isfinite(value) and abs(value) > 1e-9 for value in values):
-            return column, label, unit
-    return MAIN[1]
+            return output
+    return OUTPUTS[1]

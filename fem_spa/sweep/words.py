@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from operator import itemgetter
 from textwrap import shorten
-from typing import Any
 
 from fem_spa.output.words import number
 from fem_spa.sweep.case import Line
 from fem_spa.sweep.cases import Case, Plan
+from fem_spa.sweep.state import Sweep
 from fem_spa.sweep.table import main_output
 
 HEAD = {"done": "Done", "interrupted": "Interrupted", "stopped": "Stopped"}
@@ -29,58 +29,48 @@ def with_unit(value: float, unit: str, digits: int = 3) -> str:
 def case_words(plan: Plan, case: Case, line: Line) -> str:
     """A case that ended: "geometry.wall 1.25 mm: done, 31.2°, 12 s"."""
     words = [line.status]
-    column, _, unit = main_output([line])
-    if column in line.end:
-        words.append(with_unit(line.end[column], unit))
+    output = main_output([line])
+    if output.column in line.end:
+        words.append(with_unit(line.end[output.column], output.unit))
     if "seconds" in line.cost:
         words.append(f"{line.cost['seconds']:.0f} s")
     reason = f" ({shorten(line.reason, 90, placeholder=' ...')})" if line.reason else ""
     return f"{keys_words(plan, case)}: {', '.join(words)}{reason}"
 
 
-def extremes(sweep: Any) -> list[tuple[Case, float]]:
+def extremes(sweep: Sweep) -> list[tuple[Case, float]]:
     """The solved cases with the smallest and the largest end of the main output."""
-    lines = [sweep.line(case) for case in sweep.plan.cases]
-    column = main_output(lines)[0]
+    column = sweep.output.column
     pairs = [
         (case, line.end[column])
-        for case, line in zip(sweep.plan.cases, lines, strict=True)
+        for case, line in zip(sweep.plan.cases, sweep.in_order(), strict=True)
         if line.status == "done" and math.isfinite(line.end.get(column, math.nan))
     ]
     if not pairs:
         return []
-    return [min(pairs, key=_value), max(pairs, key=_value)]
+    return [min(pairs, key=itemgetter(1)), max(pairs, key=itemgetter(1))]
 
 
-def _value(pair: tuple[Case, float]) -> float:
-    return pair[1]
-
-
-def verdict(sweep: Any) -> str:
+def verdict(sweep: Sweep) -> str:
     """One sentence: how many are solved, and between which values the main output is at their end."""
     total, solved = len(sweep.plan.cases), sweep.count("done")
     sentence = f"{HEAD[sweep.status]}: {solved} of {total} designs are solved"
     ends = extremes(sweep)
     if ends:
-        _, label, unit = main_output([sweep.line(case) for case in sweep.plan.cases])
-        name = label.partition(" [")[0]
-        low, high = (with_unit(value, unit) for _, value in ends)
-        sentence += (
-            f"; {name} at the end {low}" if low == high else f"; {name} at the end from {low} to {high}"
-        )
+        low, high = (with_unit(value, sweep.output.unit) for _, value in ends)
+        between = low if low == high else f"from {low} to {high}"
+        sentence += f"; {sweep.output.name} at the end {between}"
     return sentence + "."
 
 
-def best(sweep: Any) -> list[str]:
+def best(sweep: Sweep) -> list[str]:
     """Which designs end with the smallest and the largest main output, a sentence each, where they differ."""
-    _, label, unit = main_output([sweep.line(case) for case in sweep.plan.cases])
-    name = label.partition(" [")[0]
-    ends = extremes(sweep)
+    ends, output = extremes(sweep), sweep.output
     if not ends or ends[0][1] == ends[1][1]:
         return []
     return [
-        f"{which.capitalize()} {name} {with_unit(value, unit)}: {keys_words(sweep.plan, case)}."
-        for which, (case, value) in zip(("smallest", "largest"), ends, strict=True)
+        f"{which} {output.name} {with_unit(value, output.unit)}: {keys_words(sweep.plan, case)}."
+        for which, (case, value) in zip(("Smallest", "Largest"), ends, strict=True)
     ]
 
 
@@ -96,15 +86,15 @@ STATUS = {
 """What is said of a case that is not done."""
 
 
-def failures(sweep: Any) -> list[tuple[str, str, list[Case]]]:
+def failures(sweep: Sweep) -> list[tuple[str, str, list[Case]]]:
     """Status, reason and cases of what is not done, the most frequent first."""
     groups: dict[tuple[str, str], list[Case]] = {}
     for case in sweep.plan.cases:
         line = sweep.line(case)
         if line.status != "done":
             groups.setdefault((line.status, line.reason), []).append(case)
-    ordered: Sequence[Any] = sorted(groups.items(), key=lambda item: -len(item[1]))
-    return [(status, reason, cases) for (status, reason), cases in ordered]
+    found = [(status, reason, cases) for (status, reason), cases in groups.items()]
+    return sorted(found, key=lambda group: -len(group[2]))
 
 
 def time_left(seconds: float) -> str:

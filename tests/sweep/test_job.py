@@ -18,7 +18,8 @@ from fem_spa.cli import main
 from fem_spa.errors import InputError
 from fem_spa.output.claim import Claim
 from fem_spa.sweep import job
-from fem_spa.sweep.job import Request, Sweep, run_sweep
+from fem_spa.sweep.job import run_sweep
+from fem_spa.sweep.state import Request, Sweep
 
 PRESSURES = "loads.pressure=1kPa:3kPa:3"
 MODULI = "materials.body.C10=1MPa,2MPa"
