@@ -89,6 +89,8 @@ def base_of(model: ReducedModel, outputs: Sequence[str], p_low: np.ndarray, p_hi
         return Base(model, names, units, True, (), none, none, none, table)
     if model.kind == "surface":
         return _surface(model, names, units)
+    if model.kind == "fem":
+        return _loaded_deck(model, names, units)
     if model.kind == "rod":
         from fem_spa.loop.base_rod import rod_base
 
@@ -126,6 +128,21 @@ def _surface(model: ReducedModel, names: tuple[str, ...], units: tuple[str, ...]
 
     def respond(data: Data, pressure: np.ndarray, _: np.ndarray) -> np.ndarray:
         return np.asarray(model.at(pressure)[:, None])  # type: ignore[attr-defined]
+
+    return Base(model, names, units, True, (), none, none, none, respond)
+
+
+def _loaded_deck(model: ReducedModel, names: tuple[str, ...], units: tuple[str, ...]) -> Base:
+    """A deck under loads that hang on a record's orientation and payload: a static map a record."""
+    none = np.zeros(0)
+
+    def respond(data: Data, pressure: np.ndarray, _: np.ndarray) -> np.ndarray:
+        out = np.empty((len(pressure), len(names)))
+        for run in data.runs:
+            first, clock = run.part.start, data.clock[run.part]
+            pose = float(data.orientation[first]), float(data.payload[first])
+            out[run.part] = model.simulate(Drive(clock, pressure[run.part], *pose))
+        return out
 
     return Base(model, names, units, True, (), none, none, none, respond)
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +15,8 @@ from fem_spa.loop.audit import insufficient, remarks, stranger
 from fem_spa.loop.certificate import Certificate, certificate
 from fem_spa.loop.compose import Chain, around
 from fem_spa.loop.decide import Decision, decide
+from fem_spa.loop.deck_forms import Solved, Work
+from fem_spa.loop.deck_word import beaten, in_the_deck, in_the_deck_parameters, table_of, used
 from fem_spa.loop.effects.effect import Effect
 from fem_spa.loop.effects.quantisation import EFFECT as QUANTISATION
 from fem_spa.loop.effects.registry import EFFECTS
@@ -42,6 +42,7 @@ from fem_spa.loop.report_json import (
 )
 from fem_spa.loop.search import Found, search
 from fem_spa.loop.split import split
+from fem_spa.loop.told import figures, progress, sentence
 from fem_spa.loop.unable import unable
 from fem_spa.loop.words import LEAST_TONE, SENTENCE, periodic, signature
 from fem_spa.output.claim import claimed
@@ -77,6 +78,7 @@ class Study:
     after_rows: list[np.ndarray]
     floor_rows: list[np.ndarray]
     places: list[Place]
+    again: tuple[Solved, ...] = ()
 
 
 def diagnose(
@@ -97,14 +99,18 @@ def _diagnose(
     model: Path, paths: Sequence[Path], holdout: Sequence[Path], seed: int, out: Path, page: bool
 ) -> Outcome:
     """In a folder that is this run's."""
-    say = _progress()
-    source = read_source(model)
+    say = progress()
     both = _together(paths, holdout)
     files = [model, *both]
+    records: list[Record] = []
+    timeless = ""
     try:
         records = read_records(both)
     except NoTime as reason:
-        return _unable(str(reason), [], (), source, files, seed, out, page)
+        timeless = str(reason)
+    source = read_source(model, out, say)
+    if timeless:
+        return _unable(timeless, [], (), source, files, seed, out, page)
     parted = split(records, holdout, seed)
     names = outputs_of(source.model, parted.records)
     fitted = parted.train[: len(records)]
@@ -124,7 +130,7 @@ def _diagnose(
     say("writing")
     _write(study, report, out, page)
     say.done()  # type: ignore[attr-defined]
-    return Outcome(report, sentence(report), _figures(report))
+    return Outcome(report, sentence(report), figures(report))
 
 
 def _unable(why: str, *given: Any) -> Outcome:
@@ -185,6 +191,10 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
         after = chain
     plain = inner.response(data, inner.thetas, inner.base.values)
     whiten = Whitener(data, decision.noise, inner.gain * (plain - inner.rest), train_runs(data))
+    again: tuple[Solved, ...] = ()
+    if source.forms != "none" and held is None:
+        word = in_the_deck(Work(source, data, case.full, whiten, parted.provisional), after, decision, found)
+        after, source, decision, again = word.chain, word.source, word.decision, word.told
     decision, after = _quantised(decision, after, case)
     if decision.verdict == "none":
         residual = data.output - chain.predict(data)
@@ -210,6 +220,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
         rows[1],
         [a + c for a, c in zip(rows[1], correction, strict=True)],
         [] if decision.verdict == "none" else localise(chain, data),
+        again,
     )
 
 
@@ -308,9 +319,10 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
             {
                 "name": name,
                 "family": EFFECTS[name].family,
-                "probability": _probability(name, d),
+                "probability": _probability(name, d, beaten(study.again, d)),
                 "rivals": d.rivals.get(name, []),
-                "parameters": shown_parameters(name, study, sizes, records[0].units[names[0]]),
+                "parameters": in_the_deck_parameters(name, study.again)
+                or shown_parameters(name, study, sizes, records[0].units[names[0]]),
             }
         )
     candidates = list(d.chosen)
@@ -335,7 +347,8 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
         "versions": versions(),
         "inputs": inputs(files),
         "explained": d.share if d.chosen else 0.0,
-        "forms": forms(study.after) if d.chosen else {},
+        "forms": {**forms(study.after), **used(study.again)} if d.chosen else {},
+        "solved_again": table_of(study.again, sizes),
         "reasons": list(d.reasons),
         "localisation": place_table(study.places),
         "provisional": case.split.provisional,
@@ -344,7 +357,7 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
     return clean(report)  # type: ignore[no-any-return]
 
 
-def _probability(name: str, d: Decision) -> float:
+def _probability(name: str, d: Decision, beaten: set[str]) -> float:
     """Weight of an effect among those that could stand in its place, none of these included."""
     others = set(d.chosen) - {name}
     best = max(d.best.share, 1e-6)
@@ -353,6 +366,8 @@ def _probability(name: str, d: Decision) -> float:
         extra = set(s.trial.names) - others
         if others <= set(s.trial.names) and len(extra) == 1 and len(s.trial.names) == len(d.best.trial.names):
             key = extra.pop()
+            if key in beaten:
+                continue
             weights[key] = max(weights.get(key, 0.0), float(np.exp(-max(best - s.share, 0.0) / 0.02)))
     weights.setdefault(name, 1.0)
     return weights[name] / sum(weights.values())
@@ -378,7 +393,7 @@ def _write(study: Study, report: dict[str, Any], out: Path, page: bool) -> None:
             chain = chain.with_effects(
                 (*study.pneumatics.effects, *chain.effects), (*study.pneumatics.thetas, *chain.thetas)
             )
-        write_whole(out / "model_next.toml", to_toml(source_tables(study.source, chain)))
+        write_whole(out / "model_next.toml", to_toml(source_tables(study.source, chain, out)))
     if page:
         from fem_spa.loop.page import write_page
 
@@ -395,45 +410,3 @@ def _whole(study: Study) -> tuple[Record, np.ndarray, np.ndarray]:
         outputs={n: np.concatenate([first.outputs[n], second.outputs[n]]) for n in first.outputs},
     )
     return joined, np.concatenate(study.before_rows), np.concatenate(study.after_rows)
-
-
-def sentence(report: dict[str, Any]) -> str:
-    """The verdict for a person."""
-    effects = " and ".join(e["name"] for e in report["effects"])
-    rivals = [r for e in report["effects"] for r in e["rivals"]]
-    text = SENTENCE[report["verdict"]].format(
-        effects=effects or "an effect", rivals=", ".join(dict.fromkeys(rivals)) or "others", why=""
-    )
-    if report["verdict"] == "ambiguous" and not rivals:
-        return f"The records are consistent with {effects}; provisional: there was one record only."
-    if report["verdict"] == "attributed" and rivals:
-        text += f" One output alone cannot tell it from {', '.join(dict.fromkeys(rivals))}."
-    return text
-
-
-def _figures(report: dict[str, Any]) -> str:
-    """Error before and after on records not used."""
-    held, unit = report["error"]["heldout"], report["error"]["unit"]
-    if held["before"] is None:
-        return "No record was held out."
-    return (
-        f"Error on records not used: {held['before']:.4g} {unit} before, {held['after']:.4g} {unit} after "
-        f"(floor {held['floor']:.4g} {unit}, span {report['error']['span']:.4g} {unit})."
-    )
-
-
-def _progress() -> Callable[[str], None]:
-    """Progress on stderr: a moving line on a terminal, nothing else elsewhere but one line a stage."""
-    begun = time.perf_counter()
-    live = sys.stderr.isatty()
-
-    def say(text: str) -> None:
-        line = f"{time.perf_counter() - begun:5.1f} s  {text}"
-        print(f"\r\033[K{line}" if live else line, end="" if live else "\n", file=sys.stderr, flush=True)
-
-    def done() -> None:
-        if live:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
-
-    say.done = done  # type: ignore[attr-defined]
-    return say

@@ -13,11 +13,12 @@ share at 0.8 s = 0.02          # quoted in the file
 
 from __future__ import annotations
 
+import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -31,6 +32,9 @@ from fem_spa.reduced.registry import read_model
 from fem_spa.units import quantity
 from materials.bounded import read_toml
 
+if TYPE_CHECKING:
+    from fem_spa.loop.base_fem import DeckModel
+
 
 @dataclass(frozen=True)
 class Source:
@@ -40,12 +44,15 @@ class Source:
     ----------
     effects, thetas : in causal order
     scales : p_max (Pa), scale, rest (d,), cycles, seconds
+    deck : of kind "fem", what is solved again, and `forms`: for which effects
     """
 
     model: ReducedModel
     effects: tuple[Effect, ...] = ()
     thetas: tuple[np.ndarray, ...] = ()
     scales: Mapping[str, Any] | None = None
+    deck: DeckModel | None = None
+    forms: str = "none"
 
     def chain(self, base: Base) -> Chain:
         """The chain of a base with the file's effects."""
@@ -53,8 +60,14 @@ class Source:
         return Chain(base, 1.0, np.zeros(len(base.names)), self.effects, self.thetas, **self.scales)
 
 
-def read_source(path: Path) -> Source:
+def read_source(
+    path: Path, out: Path | None = None, say: Callable[[str], None] = lambda text: None
+) -> Source:
     """Read a model file.
+
+    Parameters
+    ----------
+    out : folder of results, where what is solved of a deck is kept;  say : told of every solve
 
     Raises
     ------
@@ -71,10 +84,14 @@ def read_source(path: Path) -> Source:
     if unknown:
         raise InputError(f"model {path}: unknown table [{unknown[0]}]; model, effects, scales are allowed")
     table = tables.get("model")
+    deck, forms = None, "none"
     if isinstance(table, Mapping) and table.get("kind") == "fem":
-        from fem_spa.loop.base_fem import solved_deck
+        from fem_spa.loop.base_fem import plain, read_deck_model
 
-        model = cast(ReducedModel, solved_deck(table, path.parent))
+        deck = read_deck_model(table, path.parent, out, say)
+        loaded = deck.gravity or deck.payload or deck.payload_share
+        model = cast(ReducedModel, deck if loaded else plain(deck))
+        forms = str(table.get("forms", "set"))
     else:
         model = read_model(path)
     given = tables.get("effects", {})
@@ -83,7 +100,7 @@ def read_source(path: Path) -> Source:
     names = sorted(given, key=lambda n: EFFECTS[n].order if n in EFFECTS else 0)
     thetas = tuple(_theta(path, name, given[name]) for name in names)
     scales = _scales(path, tables.get("scales"), len(model.outputs)) if names else None
-    return Source(model, tuple(EFFECTS[name] for name in names), thetas, scales)
+    return Source(model, tuple(EFFECTS[name] for name in names), thetas, scales, deck, forms)
 
 
 def _theta(path: Path, name: str, table: Any) -> np.ndarray:
@@ -124,8 +141,9 @@ def _scales(path: Path, table: Any, outputs: int) -> dict[str, Any]:
     }
 
 
-def source_tables(source: Source, chain: Chain) -> dict[str, Any]:
-    """The tables of a model file: refitted base, the effects it brought and those of `chain`."""
+def source_tables(source: Source, chain: Chain, out: Path) -> dict[str, Any]:
+    """The tables of a model file in the folder `out`: refitted base, the effects it brought and those of
+    `chain`."""
     base = chain.base
     values = base.refitted()
     parameters = source.model.parameters
@@ -138,6 +156,9 @@ def source_tables(source: Source, chain: Chain) -> dict[str, Any]:
             values[key] = own * (chain.gain if base.gain else 1.0) + float(offset)
     inside = {k: float(np.clip(v, parameters[k].low, parameters[k].high)) for k, v in values.items()}
     tables: dict[str, Any] = {"model": source.model.with_values(**inside).table()}
+    if "deck" in tables["model"]:
+        deck = Path(tables["model"]["deck"]).resolve()
+        tables["model"]["deck"] = Path(os.path.relpath(deck, out.resolve())).as_posix()
     both = [*zip(source.effects, source.thetas, strict=True), *zip(chain.effects, chain.thetas, strict=True)]
     if both:
         tables["scales"] = {

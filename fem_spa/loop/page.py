@@ -64,6 +64,7 @@ def write_page(study: Study, report: dict[str, Any], out: Path) -> None:
             _warnings(report),
             *(_figures([picture]) for picture in first),
             _effects(report),
+            _solved_again(report),
             _next(report, out),
             _records(study, report),
             _places(report),
@@ -131,7 +132,7 @@ def _heads(cells: Sequence[str]) -> str:
 
 
 def _verdict(report: dict[str, Any], name: str) -> str:
-    from fem_spa.loop.diagnose import sentence
+    from fem_spa.loop.told import sentence
 
     kind = COLOUR.get(report["verdict"], "stopped")
     words = MEANS.get(report["verdict"], "")
@@ -217,6 +218,29 @@ def _effects(report: dict[str, Any]) -> str:
         "<code>fem-spa simulate</code> read it.</p>"
     )
     return _section("What was added", f"<table>{rows}</table>{after}")
+
+
+def _solved_again(report: dict[str, Any]) -> str:
+    """Effects in the deck itself: a row each, its error beside the block's."""
+    if not report["solved_again"]:
+        return ""
+    unit = _text(report["error"]["unit"])
+    heads = ["effect", "what was solved", "number (95 %)", "block", "deck", "last word"]
+    rows = _heads([f"{h}, not used [{unit}]" if h in ("block", "deck") else h for h in heads])
+    for row in report["solved_again"]:
+        p = row["parameter"]
+        numbers = "" if p is None else _parameter(p["name"], p)
+        errors = [
+            "" if row[k]["heldout"] is None else number(row[k]["heldout"], 3) for k in ("block", "deck")
+        ]
+        rows += _row(
+            [_text(row["name"]), _text(row["form"]), numbers, *errors, "deck" if row["used"] else ""], "th"
+        )
+    words = (
+        "A block stands for an effect on the pressure or the output. Here the deck was solved with the effect "
+        "in it, which is what it would do if that were the cause; training records alone chose between them."
+    )
+    return _section("Solved again", f'<p>{words}</p><div class="scroll"><table>{rows}</table></div>')
 
 
 def _parameter(name: str, p: dict[str, Any]) -> str:

@@ -28,7 +28,7 @@ def simulate(model: Path, paths: Sequence[Path], out: Path) -> list[str]:
     InputError
         where model or records are wrong, or do not fit each other
     """
-    source = read_source(model)
+    source = read_source(model, out)
     records = read_records(paths)
     names = outputs_of(source.model, records)
     lines = []
