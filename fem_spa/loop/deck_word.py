@@ -40,7 +40,7 @@ class Word:
     told: tuple[Solved, ...] = ()
 
 
-def in_the_deck(work: Work, after: Chain, decision: Decision, found: Found) -> Word:
+def in_the_deck(work: Work, before: Chain, after: Chain, decision: Decision, found: Found) -> Word:
     """What is named in the deck, where the deck carries it as well as the block does, one after another.
 
     With `forms = "set"` the deck is solved for structural rivals too, each in the place of what is named. One
@@ -48,8 +48,24 @@ def in_the_deck(work: Work, after: Chain, decision: Decision, found: Found) -> W
     that blocks cannot tell apart.
     """
     if not decision.chosen:
-        return _after_all(work, after, decision, found)
-    return _each(work, Word(after, work.source, decision), found)
+        return _after_all(work, before, decision, found)
+    word = _each(work, Word(after, work.source, decision), found)
+    share = _share(work, before, word)
+    if share > decision.share and any(s.used for s in word.told):
+        return _explaining(word, share)
+    return word
+
+
+def _share(work: Work, before: Chain, word: Word) -> float:
+    """Share of the predictable squared error that is gone, at most one."""
+    noise = word.decision.noise
+    floor = noise.white**2 + noise.coloured**2 + noise.offset**2
+    whole, left = (mean_square(c, work.data) for c in (before, word.chain))
+    return min((whole - left) / max(whole - floor, 1e-300), 1.0)
+
+
+def _explaining(word: Word, share: float) -> Word:
+    return replace(word, decision=replace(word.decision, share=share, left=1.0 - share))
 
 
 def _after_all(work: Work, before: Chain, decision: Decision, found: Found) -> Word:
@@ -63,13 +79,10 @@ def _after_all(work: Work, before: Chain, decision: Decision, found: Found) -> W
     given = replace(decision, verdict=verdict, chosen=names, rivals=rivals, reasons=())
     chain = polished(decision.best.trial.fit.chain, work.data)
     word = _each(work, Word(chain, work.source, given), found)
-    noise = decision.noise
-    floor = noise.white**2 + noise.coloured**2 + noise.offset**2
-    whole, left = (mean_square(c, work.data) for c in (before, word.chain))
-    share = (whole - left) / max(whole - floor, 1e-300)
+    share = _share(work, before, word)
     if not any(s.used for s in word.told) or share < LEAST_SHARE:
         return replace(plain, told=tuple(replace(s, used=False) for s in word.told))
-    return replace(word, decision=replace(word.decision, share=min(share, 1.0), left=max(1.0 - share, 0.0)))
+    return _explaining(word, share)
 
 
 def _each(work: Work, word: Word, found: Found) -> Word:

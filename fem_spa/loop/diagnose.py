@@ -193,7 +193,8 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
     whiten = Whitener(data, decision.noise, inner.gain * (plain - inner.rest), train_runs(data))
     again: tuple[Solved, ...] = ()
     if source.forms != "none" and held is None:
-        word = in_the_deck(Work(source, data, case.full, whiten, parted.provisional), after, decision, found)
+        work = Work(source, data, case.full, whiten, parted.provisional)
+        word = in_the_deck(work, chain, after, decision, found)
         after, source, decision, again = word.chain, word.source, word.decision, word.told
     decision, after = _quantised(decision, after, case)
     if decision.verdict == "none":

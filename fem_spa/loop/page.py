@@ -237,8 +237,8 @@ def _solved_again(report: dict[str, Any]) -> str:
             [_text(row["name"]), _text(row["form"]), numbers, *errors, "deck" if row["used"] else ""], "th"
         )
     words = (
-        "A block stands for an effect on the pressure or the output. Here the deck was solved with the effect "
-        "in it, which is what it would do if that were the cause; training records alone chose between them."
+        "A block stands for an effect on the pressure or the output. Here the deck was solved with it, too; "
+        "training records alone chose between the two."
     )
     return _section("Solved again", f'<p>{words}</p><div class="scroll"><table>{rows}</table></div>')
 
