@@ -174,7 +174,7 @@ def _finish(sweep: Sweep, request: Request) -> None:
         "sample": request.sample,
         "seed": request.seed,
         "cases": {status: statuses.count(status) for status in dict.fromkeys(statuses)},
-        "solved before": sweep.found,
+        "run before": sweep.found,
         "same as others": sweep.plan.twins,
         "engine": sweep.engine,
         "seconds": round(sweep.seconds, 3),

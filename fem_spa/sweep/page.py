@@ -96,7 +96,7 @@ def _tiles(sweep: Sweep) -> str:
         ("not solved", str(len(lines) - solved)),
     ]
     if sweep.found:
-        numbers.append(("of them solved before this call", str(sweep.found)))
+        numbers.append(("of them run before this call", str(sweep.found)))
     numbers.append(("work of all cases", _duration(work)))
     numbers.append(("this call took", _duration(sweep.seconds)))
     return tiles(numbers)
@@ -194,6 +194,6 @@ def _what_was_run(sweep: Sweep, request: Request) -> str:
     table = facts((name, escaped(value)) for name, value in pairs)
     return (
         f"<section><h2>What was run</h2>{table}</section>\n"
-        "<section><h2>How to go on</h2><p>The same call runs only what is not solved yet; with more "
+        "<section><h2>How to go on</h2><p>The same call runs only what has not ended yet; with more "
         f"values, only those that are new.</p><pre>{escaped(request.command)}</pre></section>\n"
     )

@@ -25,6 +25,8 @@ MOST_MAPS = 6
 MOST_LINES = 50
 FEW = 8
 """Values of a key that a legend names one by one."""
+LEGEND = {"edgecolor": "none", "framealpha": 0.85, "fontsize": 9, "title_fontsize": 9}
+DASHES = ("-", "--", ":", "-.")
 CATEGORIES = (ACCENT, SECOND, "#14633b", WARN, GREY, "#7a3e9d", "#0e7490", "#be185d")
 
 
@@ -67,12 +69,15 @@ def _colour(axis: Axis, index: int, drawing: Any, axes: Any) -> Callable[[Case],
         hues = [colormaps[COLOURS](0.92 * k / last) for k in range(last + 1)]
     for value, hue in zip(axis.values, hues, strict=False):
         axes.plot([], [], color=hue, label=_short(value.label), linewidth=2.5)
-    axes.legend(edgecolor="none", framealpha=0.85, fontsize=9, title=axis.title, title_fontsize=9)
+    axes.legend(title=axis.title, **LEGEND)
     return lambda case: hues[axis.values.index(case.values[index])]
 
 
 def curves(sweep: Sweep, path: Path) -> None:
-    """The main output over the pressure, a line a case, coloured by the first key that is not a load."""
+    """The main output over the pressure, a line a case.
+
+    Its colour tells the first key that is not a load, its dashes the second one, if that has few values.
+    """
     output = sweep.output
     found = [(case, read_curve(sweep.folder / folder_of(case))) for case in sweep.plan.cases[:MOST_CURVES]]
     found = [(case, curve) for case, curve in found if len(curve.get(output.column, ())) > 1]
@@ -81,14 +86,18 @@ def curves(sweep: Sweep, path: Path) -> None:
     abscissa = _abscissa([curve for _, curve in found])
     drawing = figure(8.6, 5.2)
     axes = drawing.add_subplot()
-    first = next((k for k, axis in enumerate(sweep.plan.axes) if axis.path[0] != "loads"), 0)
-    colour = _colour(sweep.plan.axes[first], first, drawing, axes)
+    every = sweep.plan.axes
+    first, *others = [k for k, axis in enumerate(every) if axis.path[0] != "loads"] or [0]
+    colour = _colour(every[first], first, drawing, axes)
+    second = next((k for k in others if not every[k].sampled and len(every[k].values) <= len(DASHES)), None)
+    dashes = (lambda _: "-") if second is None else _dashes(every[second], second, axes)
     stopped = False
     for case, curve in found:
         if abscissa not in curve:
             continue
         x, y, hue = curve[abscissa], curve[output.column], colour(case)
-        axes.plot(x, y, color=hue, linewidth=1.6 if len(found) <= 40 else 0.9, zorder=3)
+        width = 1.6 if len(found) <= 40 else 0.9
+        axes.plot(x, y, dashes(case), color=hue, linewidth=width, zorder=3)
         if sweep.line(case).status != "done":
             axes.plot(x[-1:], y[-1:], "x", color=hue, markersize=7, markeredgewidth=2, zorder=4)
             stopped = True
@@ -97,10 +106,24 @@ def curves(sweep: Sweep, path: Path) -> None:
     many = len(sweep.plan.cases)
     some = f"the first {MOST_CURVES} of {many} designs" if many > MOST_CURVES else f"{len(found)} designs"
     axes.set_title(
-        f"{some}{', x: ended before its end' if stopped else ''}", color=INK, loc="left", fontweight="bold"
+        f"{some}{'; x: ended on the way' if stopped else ''}", color=INK, loc="left", fontweight="bold"
     )
     tidy(axes)
     write_picture(path, drawing, 130)
+
+
+def _dashes(axis: Axis, index: int, axes: Any) -> Callable[[Case], str]:
+    """Dashes by a key, with a legend below that of the colours."""
+    colours = axes.get_legend()
+    if colours is not None:
+        colours.set_loc("upper left")
+        axes.add_artist(colours)
+    handles = [
+        axes.plot([], [], style, color=INK, label=_short(value.label))[0]
+        for value, style in zip(axis.values, DASHES, strict=False)
+    ]
+    axes.legend(handles=handles, loc="lower right", title=axis.title, **LEGEND)
+    return lambda case: DASHES[axis.values.index(case.values[index])]
 
 
 def _abscissa(tables: Sequence[dict[str, list[float]]]) -> str:

@@ -34,7 +34,7 @@ class Sweep:
 
     status : `done`, `interrupted` or `stopped`
     lines : name of a case -> what is known of it
-    found : cases that were solved before;  seconds : of this call;  engine : in words
+    found : cases that had ended before;  seconds : of this call;  engine : in words
     """
 
     plan: Plan

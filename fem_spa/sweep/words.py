@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Sequence
 from operator import itemgetter
 from textwrap import shorten
 
@@ -12,6 +14,7 @@ from fem_spa.sweep.cases import Case, Plan
 from fem_spa.sweep.state import Sweep
 from fem_spa.sweep.table import main_output
 
+_DIGITS = re.compile(r"\d+(\.\d+)?")
 HEAD = {"done": "Done", "interrupted": "Interrupted", "stopped": "Stopped"}
 
 
@@ -87,14 +90,24 @@ STATUS = {
 
 
 def failures(sweep: Sweep) -> list[tuple[str, str, list[Case]]]:
-    """Status, reason and cases of what is not done, the most frequent first."""
+    """Status, reason and cases of what is not done, the most frequent first.
+
+    Reasons that differ in their numbers only are one, since each case has its own; the first's is told.
+    """
     groups: dict[tuple[str, str], list[Case]] = {}
     for case in sweep.plan.cases:
         line = sweep.line(case)
         if line.status != "done":
-            groups.setdefault((line.status, line.reason), []).append(case)
-    found = [(status, reason, cases) for (status, reason), cases in groups.items()]
-    return sorted(found, key=lambda group: -len(group[2]))
+            groups.setdefault((line.status, _DIGITS.sub("", line.reason)), []).append(case)
+    return [
+        (status, _reason([sweep.line(case).reason for case in cases]), cases)
+        for (status, _), cases in sorted(groups.items(), key=lambda group: -len(group[1]))
+    ]
+
+
+def _reason(reasons: Sequence[str]) -> str:
+    """The first of several that say the same with other numbers."""
+    return reasons[0] if len(set(reasons)) == 1 else f"{reasons[0]} (the first of them)"
 
 
 def time_left(seconds: float) -> str:
