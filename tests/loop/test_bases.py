@@ -103,7 +103,7 @@ def test_other_pressures_move_the_rod_as_its_own_motion_does(arm: Data) -> None:
 
 
 def test_a_slow_valve_switched_on_is_the_rod_behind_it(arm: Data) -> None:
-    # equilibria and lags alone leave a third of what such a valve does: no fit finds it through them
+    # equilibria and lags alone leave 6 to 10 % of what such a valve does, and no fit finds it through them
     base = base_for(rod(valve=False), arm, AXES)
     assert base.switched is not None and base.exact is not None
     plain, off = base.respond(arm, arm.pressure, np.zeros(1)), []
