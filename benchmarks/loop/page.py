@@ -13,6 +13,7 @@ import numpy as np
 from scipy.stats import beta
 
 from benchmarks.loop.classes import FAMILY
+from benchmarks.loop.kinds_page import kinds_of, kinds_section, put
 from benchmarks.loop.session import PROTOCOLS
 from benchmarks.loop.tables import rows_of
 
@@ -38,8 +39,12 @@ def write_page(folders: Sequence[Path], page: Path, engine: str = "") -> None:
     """Write the page of result folders; `engine` names the version that ran.
 
     A folder `without-FAMILY` holds cases run with that family left out, `timing` those of full length,
-    `studies` what the studies printed. A truncated run of some folders is as good as a whole one.
+    `studies` what the studies printed. A truncated run of some folders is as good as a whole one. Where all
+    folders are of `kinds` (kinds.csv), only that section of a page that is there is written anew.
     """
+    if page.is_file() and folders and all((f / "kinds.csv").is_file() for f in folders):
+        put(page, kinds_section(kinds_of(folders), engine))
+        return
     special = ("without-", "timing", "studies")
     full = [row for f in folders if not f.name.startswith(special) for row in rows_of(f / "results.csv")]
     full = list({row["name"]: row for row in full}.values())
@@ -61,6 +66,8 @@ def write_page(folders: Sequence[Path], page: Path, engine: str = "") -> None:
     ]
     parts += [families(left_out)] if left_out else []
     parts += [timing(timed)] if timed else []
+    kinds = kinds_of(folders)
+    parts += [kinds_section(kinds, engine)] if kinds else []
     parts += [limits(full), *(told_by(f) for f in folders), DATA]
     page.write_text("\n\n".join(part for part in parts if part) + "\n", encoding="utf-8")
 

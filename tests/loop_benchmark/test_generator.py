@@ -14,8 +14,10 @@ from benchmarks.loop.body import LINKS, _heavy
 from benchmarks.loop.cases import KNOWN, STRANGE, TIERS, Effect, draw_case, refit_columns, response, visible
 from benchmarks.loop.classes import FAMILY, same_class
 from benchmarks.loop.files import write_case
+from benchmarks.loop.kinds_page import TITLE, kinds_section, put
 from benchmarks.loop.physics import Physics, World
 from benchmarks.loop.rubber import _power_creep, _relays, _swing
+from benchmarks.loop.run_kinds import COLUMNS
 from benchmarks.loop.session import Line, Plan, time_line, triangle
 
 TOP = 5e4
@@ -138,3 +140,22 @@ def test_classes_are_those_of_the_contract() -> None:
     assert same_class("viscous-lag", measured_pressure=True) == {"viscous-lag", "sensor-lag"}
     for name in FAMILY:
         assert all(name in same_class(other) for other in same_class(name))
+
+
+def test_the_section_of_other_kinds_takes_its_own_place(tmp_path: Path) -> None:
+    # appended anew each time, or written over what follows it
+    page = tmp_path / "loop.md"
+    page.write_text("# Title\n\n## Time\n\nseconds\n\n## Measured data: studies\n\nlast\n")
+    row = dict.fromkeys(COLUMNS, "") | {
+        "name": "fem-3-creep",
+        "kind": "fem",
+        "effect": "creep",
+        "status": "0",
+    }
+    row |= {"visible": "0.03", "verdict": "attributed", "effects": "creep", "right": "1", "holds": "1"}
+    for reduction in ("0.5", "0.75"):
+        put(page, kinds_section([row | {"reduction": reduction}]))
+    text = page.read_text()
+    assert text.index("## Time") < text.index(TITLE) < text.index("## Measured data") < text.index("last")
+    assert text.count(TITLE) == 1 and "0.75" in text and "0.5 " not in text
+    assert "| fem | 1 | 1 |  | 1 of 1 | 1 of 1 | 0 |" in text
