@@ -18,6 +18,7 @@ import numpy as np
 from numba import njit
 
 INSIDE, EDGE, CORNER = 2, 1, 0
+_BEYOND = 0.1  # of a face's or an edge's parameters
 _STARTS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 _ALONG = np.array([[1.0, 0.0], [-1.0, 1.0], [0.0, -1.0]])
 
@@ -99,6 +100,47 @@ def closest(x, X, N, dN, T, r):
     Returns (kind, edge, s, t, square of the distance), kind INSIDE, EDGE or CORNER; r (3,) is x - y.
     The other arrays are room to work in: N (6,), dN (2, 6), T (2, 3).
     """
+    s, t = _foot(x, X, N, dN, T, r)
+    if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
+        return INSIDE, 0, s, t, _residual(x, X, s, t, N, r)
+    best = np.inf
+    kind, at, s, t = CORNER, 0, 0.0, 0.0
+    for edge in range(3):
+        u = _on_edge(x, X, edge, 0.0, N, dN, T, r)
+        es = _STARTS[edge, 0] + u * _ALONG[edge, 0]
+        et = _STARTS[edge, 1] + u * _ALONG[edge, 1]
+        square = _residual(x, X, es, et, N, r)
+        if square < best:
+            best, at, s, t = square, edge, es, et
+            kind = EDGE if 0.0 < u < 1.0 else CORNER
+    return kind, at, s, t, _residual(x, X, s, t, N, r)
+
+
+@njit(cache=True)
+def closest_of_kind(kind, edge, s, t, x, X, N, dN, T, r):
+    """Likewise, but of the same kind as before, on the face or edge continued a little beyond its end.
+
+    kind, edge, s, t : what `closest` gave at a place nearby. Where the face or the edge would have to be
+    continued by more than a tenth of its size, the answer is `closest`'s.
+    """
+    if kind == INSIDE:
+        s, t = _foot(x, X, N, dN, T, r)
+        if s >= -_BEYOND and t >= -_BEYOND and s + t <= 1.0 + _BEYOND:
+            return INSIDE, 0, s, t, _residual(x, X, s, t, N, r)
+    elif kind == EDGE:
+        u = _on_edge(x, X, edge, _BEYOND, N, dN, T, r)
+        if -_BEYOND < u < 1.0 + _BEYOND:
+            s = _STARTS[edge, 0] + u * _ALONG[edge, 0]
+            t = _STARTS[edge, 1] + u * _ALONG[edge, 1]
+            return EDGE, edge, s, t, _residual(x, X, s, t, N, r)
+    else:
+        return CORNER, edge, s, t, _residual(x, X, s, t, N, r)
+    return closest(x, X, N, dN, T, r)
+
+
+@njit(cache=True)
+def _foot(x, X, N, dN, T, r):
+    """(s, t) where x - y is normal to the face or its continuation; of no use far outside."""
     s, t = 1.0 / 3.0, 1.0 / 3.0
     for _ in range(20):
         _residual(x, X, s, t, N, r)
@@ -129,23 +171,11 @@ def closest(x, X, N, dN, T, r):
             break
         if longest < 1e-13:
             break
-    if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
-        return INSIDE, 0, s, t, _residual(x, X, s, t, N, r)
-    best = np.inf
-    kind, at, s, t = CORNER, 0, 0.0, 0.0
-    for edge in range(3):
-        u = _on_edge(x, X, edge, N, dN, T, r)
-        es = _STARTS[edge, 0] + u * _ALONG[edge, 0]
-        et = _STARTS[edge, 1] + u * _ALONG[edge, 1]
-        square = _residual(x, X, es, et, N, r)
-        if square < best:
-            best, at, s, t = square, edge, es, et
-            kind = EDGE if 0.0 < u < 1.0 else CORNER
-    return kind, at, s, t, _residual(x, X, s, t, N, r)
+    return s, t
 
 
 @njit(cache=True)
-def _on_edge(x, X, edge, N, dN, T, r):
+def _on_edge(x, X, edge, beyond, N, dN, T, r):
     u = 0.5
     for _ in range(20):
         s = _STARTS[edge, 0] + u * _ALONG[edge, 0]
@@ -166,7 +196,7 @@ def _on_edge(x, X, edge, N, dN, T, r):
         if m <= 0.0:
             break
         step = g / m
-        new = min(max(u + step, 0.0), 1.0)
+        new = min(max(u + step, -beyond), 1.0 + beyond)
         if abs(new - u) < 1e-13:
             u = new
             break

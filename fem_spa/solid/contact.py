@@ -15,8 +15,12 @@ their clearance, so that nothing acts at rest. A point counts as inside a face o
 against one another since the last accepted state, so that no far side is taken for a near one.
 
 Where a point lies equally near to two faces, the force that holds it off lies between their normals, and
-Newton's method goes to and fro between them with an error that stays. It then lets every point keep the face
-it has (`hold`): the state found has the force of one of the two.
+Newton's method goes to and fro between them with an error that stays; so it may at an edge, where the force
+turns within a few micrometres. It then lets every point keep the face or edge it has, continued a little
+beyond its end (`hold`): the state found has the force of one of the two.
+
+Points of the rule lie inside the faces, and walls may cross by a hair between them. So nodes, edges and more
+are watched (contact_points.py): where one is found inside something, that point acts from then on (`close`).
 """
 
 from __future__ import annotations
@@ -26,22 +30,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from skfem.quadrature import get_quadrature
-from skfem.refdom import RefTri
 
 from fem_spa.errors import InputError
 from fem_spa.solid import contact_kernel as kernel
-from fem_spa.solid.closest_point import shape as shape_functions
+from fem_spa.solid.contact_points import across, areas, face_points, mirror, only, parts, shape_at, sides
 from fem_spa.solid.obstacle_distance import distance as distance_to
-from fem_spa.solid.obstacles import Obstacle, Plane
+from fem_spa.solid.obstacles import Obstacle
 from fem_spa.solid.pattern import Pattern
 from fem_spa.solid.problem import Problem
 from fem_spa.solid.space import Space
 
-AXES = {"x": 0, "y": 1, "z": 2}
-RULE = 6  # polynomial degree of the rule on a face
 REACH = 0.5  # of the element size: how far a neighbour is looked for, outside and inside
 _SKIN = 0.25  # of the element size: how far nodes may move before neighbours are looked for anew
 _PATTERN = 0.25  # of the element size: pairs nearer than this get their place in the sparsity pattern
@@ -93,32 +91,33 @@ class Contact:
         plane = {tuple(sorted(f[:3])) for name in symmetry for f in space.surfaces[name].tolist()}
         keep = [tuple(sorted(f[:3])) not in plane for f in space.boundary.tolist()]
         self.faces = np.ascontiguousarray(space.boundary[keep])
-        self._across = _across(self.faces)
+        self._across = across(self.faces)
         self.n_nodes = space.n_nodes
         self.distance, self.stiffness, self.size = distance, stiffness, size
         self.itself = itself
         self.obstacles = obstacles
-        self.side = _sides(space, self.faces)
-        self.loose = itself and _parts(space.tets) > 1
+        self.side = sides(space, self.faces)
+        self.loose = itself and parts(space.tets) > 1
         self.longest_motion = 0.4 * REACH * size
-        rule, weights = get_quadrature(RefTri, RULE)
-        self.shape = np.array([_shape(s, t) for s, t in rule.T])
+        points, weights, regular = face_points()
+        self.shape = shape_at(points)
         rest = space.points
-        self.weight = _areas(self.faces, rest, rule.T) * weights
+        self.weight = areas(self.faces, rest, points) * weights
+        self.acts = np.zeros(self.weight.shape, dtype=bool)
+        self.acts[:, :regular] = True
+        self._regular = self.acts.copy()
         self.hold = False
         self.accept(rest)
         self._rest_distance(rest)
         self._built: np.ndarray | None = None
-        # rigid things: what, and the points (face, number) that can meet it
-        everyone = np.arange(self.weight.size)
-        outside = everyone[np.repeat(self.side == 0, len(self.shape))]
-        self._rigid: list[tuple[Obstacle, np.ndarray]] = [(o, outside) for o in obstacles]
+        # rigid things: what, and the faces that can meet it
+        self._meets = [(o, self.side == 0) for o in obstacles]
         for name, axis in symmetry.items():
             on_it = np.unique(space.surfaces[name])
-            wall = _mirror(axis, rest, on_it)
             away = ~np.isin(self.faces, on_it).any(axis=1)
-            self._rigid.append((wall, everyone[np.repeat(away, len(self.shape))]))
-        for k, obstacle in enumerate(obstacles):
+            self._meets.append((mirror(axis, rest, on_it), away))
+        self._rigid = self._meeting(self.acts)
+        for k, (obstacle, outside) in enumerate(self._rigid[: len(obstacles)]):
             gap = distance_to(obstacle, self._places(rest, outside))[0].min(initial=np.inf)
             if gap < -0.02 * size:
                 raise InputError(
@@ -128,14 +127,35 @@ class Contact:
 
     def memory(self) -> dict[str, Any]:
         """What the next evaluation depends on, besides the shape."""
-        return {"stiffness": self.stiffness, "accepted": self._accepted, "built": self._built}
+        return {
+            "stiffness": self.stiffness,
+            "accepted": self._accepted,
+            "built": self._built,
+            "added": self.added,
+        }
 
     def recall(self, memory: Mapping[str, Any]) -> None:
         """Go on from what `memory` gave: with the same neighbours, found from the same shape."""
         self.stiffness = memory["stiffness"]
         self._accepted = memory["accepted"]
+        self.add(memory["added"])
         if memory["built"] is not None and self.itself:
             self._find(memory["built"], (REACH + _SKIN) * self.size)
+
+    @property
+    def added(self) -> np.ndarray:
+        """(n,) numbers of the watched points that act."""
+        return np.flatnonzero(self.acts & ~self._regular)
+
+    def add(self, points: np.ndarray) -> None:
+        """Let watched points act, by their numbers (n,)."""
+        self.acts.ravel()[points] = True
+        self._rigid = self._meeting(self.acts)
+        self._built = None
+
+    def _meeting(self, which: np.ndarray) -> list[tuple[Obstacle, np.ndarray]]:
+        """Rigid things and those of the points (n_faces, m) that can meet them."""
+        return [(thing, np.flatnonzero(which & of[:, None])) for thing, of in self._meets]
 
     def accept(self, position: np.ndarray) -> None:
         """A state (n_nodes, 3) m in which nothing is inside anything: what comes is judged from there."""
@@ -147,23 +167,27 @@ class Contact:
         if not self.itself:
             return
         wide = REACH * self.size
-        self._find(rest, wide)
-        near = self._nearest(rest, wide)
+        pairs = self._pairs(np.ones_like(self.acts), rest, wide)
+        near = self._nearest(pairs, rest, wide)
         own = np.minimum(self.distance, 0.5 * np.where(near.face >= 0, near.gap, np.inf))
-        self.own_distance[self._points] = np.where(own < 0.1 * self.distance, 0.0, own)
+        self.own_distance[pairs.points] = np.where(own < 0.1 * self.distance, 0.0, own)
 
     # -- neighbours ------------------------------------------------------------------------------
 
+    def _pairs(self, which: np.ndarray, position: np.ndarray, reach: float) -> _Pairs:
+        """Which of the points (n_faces, m) have which faces opposite, within `reach`."""
+        points, others = kernel.opposite(self.faces, self.side, self.shape, which, position, reach)
+        points, first = np.unique(points, return_index=True)
+        return _Pairs(points, np.append(first, len(others)).astype(np.int64), others)
+
     def _find(self, position: np.ndarray, reach: float) -> None:
-        points, others = kernel.opposite(self.faces, self.side, self.shape, position, reach)
-        self._points, first = np.unique(points, return_index=True)
-        self._begin = np.append(first, len(points)).astype(np.int64)
-        self._others = others
+        self._kept = self._pairs(self.acts, position, reach)
+        self._points = self._kept.points
         self._built = position.copy()
         self._last: _Nearest | None = None
 
-    def _nearest(self, position: np.ndarray, reach: float) -> _Nearest:
-        n = len(self._points)
+    def _nearest(self, pairs: _Pairs, position: np.ndarray, reach: float) -> _Nearest:
+        n = len(pairs.points)
         found = _Nearest(
             face=np.full(n, -1, dtype=np.int64),
             kind=np.zeros(n, dtype=np.int64),
@@ -172,9 +196,13 @@ class Contact:
             gap=np.full(n, np.inf),
             normal=np.zeros((n, 3)),
         )
-        begin, others = self._begin, self._others
-        if self.hold and self._last is not None:
-            begin, others = _only(self._last.face, begin, others)
+        begin, others = pairs.begin, pairs.others
+        held = np.zeros(n, dtype=bool)
+        if self.hold and self._last is not None and pairs is self._kept:
+            last = self._last
+            held = last.face >= 0
+            begin, others = only(last.face, begin, others)
+            found.kind[:], found.edge[:], found.place[:] = last.kind, last.edge, last.place
         flat = np.empty((len(self.faces), 3))
         corner = np.zeros((self.n_nodes, 3))
         kernel.flat_normals(self.faces, position, flat)
@@ -187,11 +215,12 @@ class Contact:
             self._accepted,
             flat,
             corner,
-            self._points,
+            pairs.points,
             begin,
             others,
             REACH * self.size,
             reach,
+            held,
             found.face,
             found.kind,
             found.edge,
@@ -207,7 +236,7 @@ class Contact:
         moved = np.inf if self._built is None else np.abs(position - self._built).max() * 2.0 * np.sqrt(3.0)
         if moved > skin:
             self._find(position, (REACH + _SKIN) * self.size)
-        return self._nearest(position, reach)
+        return self._nearest(self._kept, position, reach)
 
     # -- energy, forces, tangent -----------------------------------------------------------------
 
@@ -313,6 +342,26 @@ class Contact:
         """Is a point inside something, or so near to it that the next step would bring it there?"""
         return touching.inside > 0.0 or touching.highest > 0.9 * self.stiffness
 
+    def close(self, position: np.ndarray) -> bool:
+        """Let watched points act that are inside something at position (n_nodes, 3) m; whether any was."""
+        found = []
+        if self.itself:
+            near = self._look(position, _PATTERN * self.size)
+            use = near.face >= 0
+            faces = np.zeros((len(self.faces), 1), dtype=bool)
+            faces[self._points[use] // len(self.shape)] = faces[near.face[use]] = True
+            pairs = self._pairs(faces & ~self.acts, position, _PATTERN * self.size)
+            watched = self._nearest(pairs, position, self.distance)
+            own = self.own_distance[pairs.points]
+            found.append(pairs.points[(watched.face >= 0) & (own > 0) & (watched.gap < 0)])
+        for thing, points in self._meeting(~self.acts):
+            found.append(points[distance_to(thing, self._places(position, points))[0] < 0])
+        inside = np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
+        if len(inside) == 0:
+            return False
+        self.add(inside)
+        return True
+
     def reach(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows and columns (unknowns) of all pairs of faces that touch or may soon."""
         m = len(self.shape)
@@ -364,6 +413,15 @@ def contact_of(problem: Problem, space: Space, part: float, size: float, modulus
 
 
 @dataclass(frozen=True)
+class _Pairs:
+    """Points (n,) that have faces opposite: others[begin[k]:begin[k + 1]] those of points[k]."""
+
+    points: np.ndarray
+    begin: np.ndarray
+    others: np.ndarray
+
+
+@dataclass(frozen=True)
 class _Nearest:
     """What `contact_kernel.nearest` finds for each point."""
 
@@ -373,70 +431,3 @@ class _Nearest:
     place: np.ndarray
     gap: np.ndarray
     normal: np.ndarray
-
-
-def _only(face: np.ndarray, begin: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Neighbours of each point, in `nearest`'s form: where there is a face (n,) already, that one alone."""
-    held = face >= 0
-    count = np.where(held, 1, np.diff(begin))
-    start = np.append(0, np.cumsum(count))
-    out = others[np.repeat(begin[:-1] - start[:-1], count) + np.arange(start[-1])]
-    out[start[:-1][held]] = face[held]
-    return start, out
-
-
-def _sides(space: Space, faces: np.ndarray) -> np.ndarray:
-    """(n_faces,) 0 outside, k + 1 in the k-th cavity: what is on different sides of a wall cannot meet."""
-    number = {}
-    for k, name in enumerate(sorted(n for n in space.surfaces if n.startswith("cavity "))):
-        for f in space.surfaces[name].tolist():
-            number[tuple(sorted(f[:3]))] = k + 1
-    return np.array([number.get(tuple(sorted(f[:3])), 0) for f in faces.tolist()], dtype=np.int64)
-
-
-def _parts(tets: np.ndarray) -> int:
-    """How many bodies there are that share no node."""
-    a, b = tets[:, :1].repeat(9, axis=1).ravel(), tets[:, 1:].ravel()
-    n = int(tets.max()) + 1
-    graph = coo_matrix((np.ones(len(a), dtype=np.int8), (a, b)), shape=(n, n))
-    _, label = connected_components(graph, directed=False)
-    return len(np.unique(label[np.unique(tets)]))
-
-
-def _across(faces: np.ndarray) -> np.ndarray:
-    """(n_faces, 3) the face behind each edge (01, 12, 20), the face itself at the edge of a cut."""
-    n = len(faces)
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    same = np.flatnonzero((edges[order[1:]] == edges[order[:-1]]).all(axis=1))
-    out = np.repeat(np.arange(n), 3)
-    first, second = order[same], order[same + 1]
-    out[first], out[second] = second // 3, first // 3
-    return out.reshape(n, 3)
-
-
-def _shape(s: float, t: float) -> np.ndarray:
-    N = np.empty(6)
-    shape_functions(s, t, N)
-    return N
-
-
-def _areas(faces: np.ndarray, X: np.ndarray, rule: np.ndarray) -> np.ndarray:
-    """(n_faces, m) twice the area a unit of the reference triangle at the rule's points, m^2."""
-    l = 1 - rule.sum(axis=1)
-    s, t = rule.T
-    zero = np.zeros_like(s)
-    ds = np.stack([1 - 4 * l, 4 * s - 1, zero, 4 * (l - s), 4 * t, -4 * t], axis=1)
-    dt = np.stack([1 - 4 * l, zero, 4 * t - 1, -4 * s, 4 * s, 4 * (l - t)], axis=1)
-    x = X[faces]
-    along = np.einsum("qa,fai->fqi", ds, x), np.einsum("qa,fai->fqi", dt, x)
-    return np.linalg.norm(np.cross(*along), axis=-1)
-
-
-def _mirror(axis: str, X: np.ndarray, on_it: np.ndarray) -> Plane:
-    """The plane of symmetry as a wall, its normal towards the body."""
-    i = AXES[axis]
-    point = X[on_it].mean(axis=0)
-    normal = np.zeros(3)
-    normal[i] = 1.0 if X[:, i].mean() > point[i] else -1.0
-    return Plane((point[0], point[1], point[2]), (normal[0], normal[1], normal[2]))

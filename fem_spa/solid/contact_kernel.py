@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from fem_spa.solid.closest_point import EDGE, INSIDE, closest, normal_at, second_derivative
+from fem_spa.solid.closest_point import EDGE, INSIDE, closest, closest_of_kind, normal_at, second_derivative
 from fem_spa.solid.closest_point import shape as _shape
 
 FACING = -0.2  # cosine between the normals of two surfaces that can meet
@@ -64,11 +64,25 @@ def _span(low, high, start, size, count):
 
 
 @njit(cache=True)
-def opposite(faces, side, shape, X, reach):
+def _on(shape, face, other):
+    """Is the point of a face, given by its shape functions (6,), a point of the other one, too?"""
+    for a in range(6):
+        if shape[a] != 0.0:
+            shared = False
+            for b in range(6):
+                if other[b] == face[a]:
+                    shared = True
+            if not shared:
+                return False
+    return True
+
+
+@njit(cache=True)
+def opposite(faces, side, shape, acts, X, reach):
     """Pairs (point, face) that look at one another within `reach`, sorted by point.
 
     faces : (n_faces, 6);  side : (n_faces,), equal where two faces may meet;  shape : (m, 6) at the points of
-    a face;  X : (n_nodes, 3). Points are numbered face by face.
+    a face;  acts : (n_faces, m), which points count;  X : (n_nodes, 3). Points are numbered face by face.
     """
     nf, m = len(faces), len(shape)
     normal = np.empty((nf, 3))
@@ -96,6 +110,8 @@ def opposite(faces, side, shape, X, reach):
     x = np.empty(3)
     for f in range(nf):
         for q in range(m):
+            if not acts[f, q]:
+                continue
             for i in range(3):
                 x[i] = 0.0
                 for a in range(6):
@@ -115,7 +131,7 @@ def opposite(faces, side, shape, X, reach):
                     continue
                 if x[0] < low[o, 0] or x[0] > high[o, 0] or x[1] < low[o, 1] or x[1] > high[o, 1]:
                     continue
-                if x[2] < low[o, 2] or x[2] > high[o, 2]:
+                if x[2] < low[o, 2] or x[2] > high[o, 2] or _on(shape[q], faces[f], faces[o]):
                     continue
                 if found == capacity:
                     capacity *= 2
@@ -174,6 +190,7 @@ def nearest(
     others,
     depth,
     reach,
+    held,
     face,
     kind,
     edge,
@@ -189,8 +206,9 @@ def nearest(
     X, before : (n_nodes, 3) m now and in the last state that was accepted; a point is inside a face only as
     deep as both have moved against one another since, so that no far side is taken for a near one
     points : (n,) point numbers;  others[begin[k]:begin[k+1]] its faces;  depth, reach : m, how far inside and
-    outside is looked. Results (n, ...): face or -1, kind of feature, its edge, (s, t), gap (m, negative
-    inside), normal from the face to the point.
+    outside is looked;  held : (n,), points that keep their feature, its kind and edge in the results
+    Results (n, ...): face or -1, kind of feature, its edge, (s, t), gap (m, negative inside), normal from the
+    face to the point.
     """
     m = len(shape)
     for k in prange(len(points)):
@@ -218,7 +236,12 @@ def nearest(
                     apart = True
             if apart or _level_apart(x, Y, limit):
                 continue
-            what, e, s, t, square = closest(x, Y, N, dN, T, r)
+            if held[k]:
+                what, e, s, t, square = closest_of_kind(
+                    kind[k], edge[k], place[k, 0], place[k, 1], x, Y, N, dN, T, r
+                )
+            else:
+                what, e, s, t, square = closest(x, Y, N, dN, T, r)
             distance = square**0.5
             if distance >= best:
                 continue

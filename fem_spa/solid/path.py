@@ -337,14 +337,16 @@ class Walk:
         return equilibrium
 
     def firm(self, found: Equilibrium, constraint: Constraint, dead_factor: float) -> Equilibrium:
-        """The equilibrium with contact stiff enough that no point is inside anything."""
+        """The equilibrium with contact stiff enough, at points enough, that nothing is inside anything."""
         contact = self.system.contact
         assert contact is not None
         for _ in range(_FIRMER):
             touching = self.system.touching
-            if touching is None or not contact.too_soft(touching):
+            assert touching is not None
+            if contact.too_soft(touching):
+                contact.stiffness = 2.0 * touching.highest
+            elif not contact.close(self.space.points + self.system.displacement(found.x)):
                 return found
-            contact.stiffness = 2.0 * touching.highest
             again = self.attempt(found.x, found.pressure, constraint, dead_factor)
             if not again.converged:
                 return again
@@ -378,7 +380,8 @@ class Walk:
         )
         row = replace(row, **self.contact_row(displacement, row))
         volumes = dict(zip(system.cavities, volume.tolist(), strict=True))
-        state = state_of(self.space, self.x, named, row.step, volumes)
+        points = system.contact.added if system.contact is not None else ()
+        state = state_of(self.space, self.x, named, row.step, volumes, points)
         self.watch_walls(displacement, named)
         self.warnings += self.cards.look(system, named)
         self.rows.append(row)

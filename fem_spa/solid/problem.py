@@ -137,6 +137,7 @@ class State:
     displacement : (n_nodes, 3) m, at the nodes of the second-order mesh
     pressure_field : (n_vertices,) Pa, Lagrange multiplier p (positive in tension), at the corner nodes
     cavity_pressure : cavity -> Pa;  cavity_volume : cavity -> m^3 of the whole actuator
+    contact_points : numbers of the watched points at which contact acts, too (contact_points.py)
     """
 
     step: int
@@ -144,6 +145,7 @@ class State:
     pressure_field: np.ndarray
     cavity_pressure: Mapping[str, float]
     cavity_volume: Mapping[str, float]
+    contact_points: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ class Sensitivities(Silent):
         system = probe.system
         x = np.concatenate([state.displacement.ravel(), state.pressure_field])
         pressure = cavity_values(system, state.cavity_pressure)
-        here = probe.look(x, pressure)
+        here = probe.look(x, pressure, state.contact_points)
         tangent = system.tangent(x, pressure)  # before the pattern is asked for: contact may widen it
         solver = make_solver(system.pattern)
         solver.factorize(tangent)
@@ -241,8 +241,8 @@ class _Probe:
         self.system = System(problem, space, hold_tip)
         self.system.contact = _contact(problem, space, self.system, steps)
 
-    def look(self, x: np.ndarray, pressure: np.ndarray) -> Evaluation:
-        """The evaluation at a converged state.
+    def look(self, x: np.ndarray, pressure: np.ndarray, points: tuple[int, ...]) -> Evaluation:
+        """The evaluation at a converged state, with the watched `points` at which contact acts there.
 
         The path raises the contact's stiffness where something would be inside. What it was is told by the
         state: contact forces are proportional to it, and at it nothing is left of the residual.
@@ -250,6 +250,8 @@ class _Probe:
         contact = self.system.contact
         if contact is None:
             return self.system.evaluate(x, pressure, 1.0)
+        if len(points) > len(contact.added):
+            contact.add(np.array(points))
         contact.accept(self.system.space.points + self.system.displacement(x))
         here = self.system.evaluate(x, pressure, 1.0)
         if here.error > _SETTLED and self.system.touching is not None and self.system.touching.highest > 0:
@@ -317,6 +319,7 @@ class _Neighbours:
             neighbour.contact = _contact(neighbour.problem, neighbour.space, system, self.steps)
         assert neighbour.contact is not None
         neighbour.contact.stiffness = system.contact.stiffness
+        neighbour.contact.add(system.contact.added)
         neighbour.contact.accept(neighbour.space.points + neighbour.displacement(x))
 
 

@@ -11,7 +11,7 @@ Arrays in a memory are never changed afterwards, so that they may be written by 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -148,13 +148,19 @@ def rows_and_state(
     if not rows:
         return [], None
     named = dict(zip(problem.mesh.cavities, memory["pressure"].tolist(), strict=True))
-    return rows, state_of(space, memory["x"], named, rows[-1].step, memory["cavity_volume"])
+    points = memory["contact"]["added"] if memory["contact"] else ()
+    return rows, state_of(space, memory["x"], named, rows[-1].step, memory["cavity_volume"], points)
 
 
 def state_of(
-    space: Space, x: np.ndarray, pressure: Mapping[str, float], step: int, volume: Mapping[str, float]
+    space: Space,
+    x: np.ndarray,
+    pressure: Mapping[str, float],
+    step: int,
+    volume: Mapping[str, float],
+    contact_points: Iterable[int] = (),
 ) -> State:
-    """The state of unknowns x (n_dofs,). pressure, volume : of the cavities, as in a State"""
+    """The state of unknowns x (n_dofs,). pressure, volume : of the cavities; they and points as in a State"""
     n_u = 3 * space.n_nodes
     return State(
         step=step,
@@ -162,6 +168,7 @@ def state_of(
         pressure_field=x[n_u:].copy(),
         cavity_pressure=dict(pressure),
         cavity_volume=dict(volume),
+        contact_points=tuple(int(point) for point in contact_points),
     )
 
 

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 from numba import njit
+from scipy.sparse import csr_matrix
 
+from fem_spa.solid.contact_points import shape_at
 from fem_spa.solid.space import Space
 from fem_spa.solid.system import AXES
 
@@ -14,14 +16,26 @@ _SPLIT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 
 
 class Walls:
-    """The boundary as straight triangles on the nodes (four a face), and the planes of symmetry."""
+    """The boundary as straight triangles, and the planes of symmetry.
 
-    def __init__(self, space: Space, symmetry: Mapping[str, str]) -> None:
+    Parameters
+    ----------
+    symmetry : surface -> axis
+    parts : of a face's edge. 2: four triangles a face, on its nodes; more: nearer to the curved face, since
+        walls that lie in one another like spoons do not cross, while their chords may
+    """
+
+    def __init__(self, space: Space, symmetry: Mapping[str, str], parts: int = 2) -> None:
         plane_faces = [space.surfaces[name] for name in symmetry]
         on_plane = {tuple(sorted(f[:3])) for faces in plane_faces for f in faces.tolist()}
         keep = np.array([tuple(sorted(f[:3])) not in on_plane for f in space.boundary.tolist()])
-        self.triangles = space.boundary[keep][:, _SPLIT].reshape(-1, 3)
-        nodes = np.unique(self.triangles)
+        faces = space.boundary[keep]
+        self._shape: csr_matrix | None = None
+        if parts == 2:
+            self.triangles = faces[:, _SPLIT].reshape(-1, 3)
+        else:
+            self.triangles, self._shape = _finer(faces, parts, space.n_nodes)
+        nodes = np.unique(faces)
         self.planes = []
         for name, axis in symmetry.items():
             held = np.unique(space.surfaces[name])
@@ -41,6 +55,7 @@ class Walls:
             worst = int(np.argmin(depth))
             if depth[worst] < 0:
                 return position[free[worst]]
+        position = position if self._shape is None else self._shape @ position
         corners = position[self.triangles]
         low, high = corners.min(axis=1), corners.max(axis=1)
         axis = int(np.argmax(high.max(axis=0) - low.min(axis=0)))
@@ -58,6 +73,28 @@ class Walls:
             else:
                 hi = middle
         return 0.5 * (lo + hi)
+
+
+def _finer(faces: np.ndarray, n: int, n_nodes: int) -> tuple[np.ndarray, csr_matrix]:
+    """Triangles of faces (n_faces, 6) cut into n parts an edge; their corners as sums over nodes."""
+    lattice = [(i, j) for i in range(n + 1) for j in range(n + 1 - i)]
+    at = {place: k for k, place in enumerate(lattice)}
+    cut = [(at[i, j], at[i + 1, j], at[i, j + 1]) for i, j in lattice if i + j < n]
+    cut += [(at[i + 1, j], at[i + 1, j + 1], at[i, j + 1]) for i, j in lattice if i + j < n - 1]
+    values = shape_at(np.array(lattice) / n)
+    node = np.where(values != 0.0, faces[:, None, :], -1)
+    order = np.argsort(node, axis=-1)
+    node = np.take_along_axis(node, order, axis=-1).reshape(-1, 6)
+    value = np.take_along_axis(np.broadcast_to(values, (len(faces), *values.shape)), order, axis=-1)
+    key = np.concatenate([node, np.round(1e9 * value).reshape(-1, 6)], axis=1)
+    _, first, number = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    node, value = node[first], value.reshape(-1, 6)[first]
+    shape = csr_matrix(
+        (value[node >= 0], (np.repeat(np.arange(len(first)), (node >= 0).sum(axis=1)), node[node >= 0])),
+        shape=(len(first), n_nodes),
+    )
+    start = len(lattice) * np.arange(len(faces))
+    return number.ravel()[(start[:, None, None] + np.array(cut)).reshape(-1, 3)], shape
 
 
 @njit(cache=True)

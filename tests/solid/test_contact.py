@@ -7,8 +7,18 @@ import pytest
 
 from fem_spa.errors import InputError
 from fem_spa.solid import pattern as patterns
-from fem_spa.solid.closest_point import closest, shape
+from fem_spa.solid.closest_point import (
+    CORNER,
+    EDGE,
+    INSIDE,
+    closest,
+    closest_of_kind,
+    derivatives,
+    shape,
+)
 from fem_spa.solid.contact import Contact
+from fem_spa.solid.contact_kernel import opposite
+from fem_spa.solid.contact_points import face_points, shape_at
 from fem_spa.solid.fields import NodalFields
 from fem_spa.solid.observe import KeepStates
 from fem_spa.solid.obstacle_distance import distance
@@ -16,6 +26,7 @@ from fem_spa.solid.obstacles import Cylinder, Plane, Sphere
 from fem_spa.solid.path import solve
 from fem_spa.solid.problem import Loads, Material, Problem, StepControl
 from fem_spa.solid.space import build_space
+from fem_spa.solid.walls import Walls
 from geometry.tagged import TaggedMesh
 from materials.registry import law
 
@@ -41,7 +52,8 @@ def blocks(verification):
     )
 
 
-def test_tangent_is_the_derivative_of_the_force(blocks):
+@pytest.mark.parametrize("watched", [False, True])
+def test_tangent_is_the_derivative_of_the_force(blocks, watched):
     # any slip in the closest point's second derivative, the weights or the scatter
     space = build_space(blocks)
     contact = Contact(
@@ -51,6 +63,8 @@ def test_tangent_is_the_derivative_of_the_force(blocks):
     x = space.points + 0.02 * MM * random.standard_normal(space.points.shape)
     x[:, 2] += 0.3 * MM * np.sin(400 * x[:, 0]) * np.cos(300 * x[:, 1])
     x[space.points[:, 2] > 5.01 * MM, 2] -= 0.1 * MM
+    if watched:
+        contact.add(np.flatnonzero(~contact.acts))
     touching = contact.evaluate(x)
     assert touching.highest > 1e4 and touching.inside > 0
     dofs = (3 * space.tets[:, :, None] + np.arange(3)).reshape(len(space.tets), -1)
@@ -99,6 +113,79 @@ def test_held_points_keep_their_faces(blocks):
     contact.hold = False
     contact.evaluate(x)
     assert np.any(contact._last.face[touching] != before[touching])
+
+
+def test_what_is_inside_between_the_points_acts_from_then_on(blocks):
+    # a node in the wall opposite that no one sees, or that is seen and pushes nothing
+    space = build_space(blocks)
+    contact = Contact(space, {}, (Plane((0, 0, -0.1 * MM), (0, 0, 1)),), True, 0.02 * MM, 1e4, 2 * MM)
+    inner = (np.abs(space.points[:, :2] - 5 * MM) < 4 * MM).all(axis=1)
+
+    def pushed(node, way):
+        x = space.points.copy()
+        x[node, 2] += way
+        return x
+
+    for level, way, push in ((5 * MM, GAP + 0.004 * MM, 1), (0.0, -0.104 * MM, -1)):
+        nodes = np.flatnonzero(inner & (np.abs(space.points[:, 2] - level) < 1e-9))
+        unseen = [n for n in nodes if contact.evaluate(pushed(n, way)).inside == 0.0]
+        assert unseen
+        x = pushed(unseen[0], way)
+        assert contact.close(x)
+        seen = contact.evaluate(x)
+        assert seen.inside == pytest.approx(0.004 * MM, rel=0.03) and not contact.close(x)
+        assert push * seen.force[unseen[0], 2] > 0  # the energy's gradient: uphill is further in
+    assert not contact.close(space.points)
+    fresh = Contact(space, {}, (), True, 0.02 * MM, 1e4, 2 * MM)
+    fresh.recall(contact.memory())
+    assert np.array_equal(fresh.added, contact.added) and len(fresh.added) > 1
+
+
+def test_a_point_does_not_meet_the_faces_it_lies_on():
+    # two faces folded over a common edge: a gap of nothing at the fold, which no stiffness can open
+    X = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0.1], [0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0]])
+    X = np.vstack([X, [[0, 0.5, 0.05], [0.5, 0.5, 0.05]]]).astype(float)
+    faces = np.array([[0, 1, 2, 4, 5, 6], [0, 3, 1, 7, 8, 4]])
+    points, *_ = face_points()
+    acts = np.ones((2, len(points)), dtype=bool)
+    found, _ = opposite(faces, np.zeros(2, dtype=np.int64), shape_at(points), acts, X, 0.2)
+    on_fold = np.flatnonzero(np.abs(points[:, 1]) < 1e-12)
+    inside = np.setdiff1d(np.arange(len(points)), on_fold)
+    assert len(on_fold) == 7 and set(found[found < len(points)]) == set(inside)
+
+
+def test_a_held_point_leaves_its_face_smoothly():
+    # Newton's kink at an edge: a foot that stops there, or jumps
+    X = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0, 0.1], [0.5, 0.5, 0.1], [0, 0.5, 0.1]])
+    N, dN, T, r = np.empty(6), np.empty((2, 6)), np.empty((2, 3)), np.empty(3)
+    inside = np.array([0.01, 0.5, 0.2])
+    kind, edge, s, t, _ = closest(inside, X, N, dN, T, r)
+    assert kind == INSIDE
+    for x in (inside, inside - [0.04, 0, 0]):
+        held = closest_of_kind(kind, edge, s, t, x, X, N, dN, T, r)
+        derivatives(held[2], held[3], dN)
+        assert held[0] == INSIDE and np.abs(dN @ X @ r).max() < 1e-9
+    assert held[2] < 0 and closest(x, X, N, dN, T, r)[0] == EDGE
+    far = inside - [0.5, 0, 0]
+    assert closest_of_kind(kind, edge, s, t, far, X, N, dN, T, r) == closest(far, X, N, dN, T, r)
+    beside = np.array([0.96, -0.2, 0.1])
+    kind, edge, s, t, _ = closest(beside, X, N, dN, T, r)
+    beyond = beside + np.array([0.1, 0, 0])
+    assert kind == EDGE and closest(beyond, X, N, dN, T, r)[0] == CORNER
+    assert closest_of_kind(kind, edge, s, t, beyond, X, N, dN, T, r)[:2] == (EDGE, edge)
+
+
+def test_chords_of_curved_walls_cross_where_walls_do_not(blocks):
+    # an alarm for spoons that lie in one another, or none for walls that cross
+    space = build_space(blocks)
+    curved = space.points.copy()
+    curved[:, 2] += 100 * (curved[:, 0] ** 2 + curved[:, 1] ** 2)
+    into = curved.copy()
+    into[space.points[:, 2] > 5.01 * MM, 2] -= 1.2 * GAP
+    assert Walls(space, {}).cross(curved) is not None
+    fine = Walls(space, {}, parts=6)
+    assert fine.cross(curved) is None and fine.cross(space.points) is None
+    assert fine.cross(into) is not None
 
 
 def test_newton_notices_that_it_goes_to_and_fro():
@@ -224,7 +311,6 @@ def test_curve_of_the_fast_module_with_contact(verification):
     v = verification
     if not v.evidence_mesh().exists():
         pytest.skip(f"{v.evidence_mesh()} is not here; FEM_SPA_SHARED names the folder that holds meshes/")
-    from fem_spa.solid.walls import Walls
     from geometry.files import read_mesh
 
     mesh = read_mesh(v.evidence_mesh(), "mm")
