@@ -53,6 +53,7 @@ class Data:
     payload : (n,) kg;  weighed : whether any record states it
     fresh : 1 if the first record is the first loading ever, 0 if softened before, None if unknown
     p_max : largest absolute pressure of the training records, Pa
+    grain : SI, white noise that the outputs have at least, whatever they look like
     """
 
     runs: tuple[Run, ...]
@@ -68,6 +69,7 @@ class Data:
     weighed: bool
     fresh: float | None
     p_max: float
+    grain: float = 0.0
 
     @property
     def train(self) -> np.ndarray:

@@ -28,7 +28,9 @@ TOLERANCE = 0.05
 """Sets within this share of the best's explained error stay rivals: the true law is never the library's."""
 LEAST_SHARE = 0.62
 """A set that explains less of what is predictable explains only part."""
-LEAST_OF_SET = 0.9
+LEAST_OWN = 0.1
+"""Share that an effect of a set counts as adding at least, where its rivals are compared with it."""
+LEAST_OF_SET = 0.8
 """The same for two effects and more, which imitate more."""
 LEAST_BETWEEN = 12.0
 """By how much one more effect must lessen the squares of what differs between records, in whitened units."""
@@ -37,6 +39,8 @@ STEP_FORM = 0.15
 form of that one's law."""
 MOST_FORMED = 6
 """Sets of a size that are looked at with their laws free."""
+ENOUGH = 0.94
+"""Share from which what is left of two effects is no more than their laws' form, and no third is sought."""
 STEP_REST = 0.45
 """What one more effect must take of what was left before it."""
 
@@ -285,7 +289,7 @@ def _choose(
         options = [s for s in options if not _one_class(s.trial.names)] or (
             options if best.share < LEAST_SHARE else []
         )
-        if not options:
+        if not options or (size == 3 and best.share > ENOUGH):
             break
         if size == 1:
             top = max(options, key=lambda s: _rank(s, data))
@@ -294,13 +298,14 @@ def _choose(
         wider = [s for s in options if set(best.trial.names) < set(s.trial.names)]
         rounds = [(sorted(options, key=lambda s: -_rank(s, data))[:MOST_FORMED], found.limit + 10.0)]
         rounds.append((wider, LEAST_BETWEEN))
+        passed: list[Scored] = []
         for metric, (sets, least) in zip(metrics, rounds, strict=False):
-            wide = metric.better(best, sets, least) if sets else None
-            if wide is not None and _needed(best, wide, scored, found, level, data):
-                best = wide
-                break
-        else:
+            for wide in metric.better(best, sets, least):
+                if wide not in passed and _needed(best, wide, scored, found, level, data):
+                    passed.append(wide)
+        if not passed:
             break
+        best = max(passed, key=lambda s: _rank(s, data))
     return best
 
 
@@ -327,13 +332,13 @@ class _Metric:
             self.left[names] = formed(self.free[names], self.whiten).left
         return self.left[names]
 
-    def better(self, best: Scored, options: Sequence[Scored], least: float) -> Scored | None:
-        """The option that takes enough of what `best` leaves, None where there is none."""
+    def better(self, best: Scored, options: Sequence[Scored], least: float) -> list[Scored]:
+        """The options that take enough of what `best` leaves."""
+        if not options:
+            return []
         start, floor = self.of(best), min(self.of(s) for s in options)
-        whole = max(start - floor, 1e-9)
-        top = max(options, key=lambda s: _rank(s, self.whiten.data) + (start - self.of(s)) / whole)
-        gain = start - self.of(top)
-        return top if gain >= least and gain >= STEP_REST * (start - floor) else None
+        enough = max(least, STEP_REST * (start - floor))
+        return [s for s in options if start - self.of(s) >= enough]
 
 
 def _needed(
@@ -370,19 +375,22 @@ def _rivals(name: str, best: Scored, scored: Sequence[Scored], data: Data, seed:
     """Effects that do as well in the place of `name`: within the tolerance for form, or not told apart from
     it on records left out (model confidence set) while they explain nearly as much."""
     others = set(best.trial.names) - {name}
+    alone = [s.share for s in scored if set(s.trial.names) == others]
+    # what it adds to the rest of the set is what a rival must add as well
+    own = float(np.clip(best.share - max(alone, default=0.0), LEAST_OWN, 1.0))
     options: list[tuple[str, Scored]] = []
     for s in scored:
         extra = set(s.trial.names) - others
         if len(s.trial.names) == len(best.trial.names) and others <= set(s.trial.names) and len(extra) == 1:
             rival = extra.pop()
-            if rival != name and s.share >= best.share - TOLERANCE:
+            if rival != name and s.share >= best.share - TOLERANCE * own:
                 options.append((rival, s))
     losses = np.stack([best.errors.blocks, *(s.errors.blocks for _, s in options)])
     kept, _ = confidence_set(np.log(losses + 1e-12 * losses.max() + 1e-300), MCS_LEVEL, seed)
     found: dict[str, float] = {}
     for place, (rival, s) in enumerate(options, 1):
         form = min(TOLERANCE, 0.01 + 2.0 * max(1.0 - best.share, 0.0))
-        if s.share >= best.share - form or place in kept:
+        if s.share >= best.share - form * own or place in kept:
             found[rival] = max(found.get(rival, -1.0), s.share)
     if name == "temperature" and data.temperature is None:
         for mate in EFFECTS[name].classmates:

@@ -28,7 +28,7 @@ from fem_spa.loop.localise import Place, localise, place_table, place_words
 from fem_spa.loop.model_file import Source, read_source, source_tables
 from fem_spa.loop.noise import Whitener
 from fem_spa.loop.physical import forms, last_word
-from fem_spa.loop.pneumatic import SETTLED_BY_PRESSURE, Pneumatics, pneumatics
+from fem_spa.loop.pneumatic import SETTLED_BY_PRESSURE, Pneumatics, beyond, pneumatics
 from fem_spa.loop.prepare import Case, base_for, before, outputs_of, prepare, train_runs
 from fem_spa.loop.records import NoTime, Record, read_records
 from fem_spa.loop.repeats import repeat_floor
@@ -42,6 +42,7 @@ from fem_spa.loop.report_json import (
 )
 from fem_spa.loop.search import Found, search
 from fem_spa.loop.split import split
+from fem_spa.loop.teeth import lattice_step, without_teeth
 from fem_spa.loop.told import figures, progress, sentence
 from fem_spa.loop.unable import unable
 from fem_spa.loop.words import LEAST_TONE, SENTENCE, periodic, signature
@@ -175,11 +176,17 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
             effects = [e for e in effects if e not in air.effects]
             if not _better(chain, inner, data):
                 inner, held = chain, None
-    found = search(inner, data, effects, seed, say)
+    moved = data
+    if air is not None:
+        moved = replace(data, output=data.output - beyond(air, chain, data, held is not None))
+        inner = polished(inner, moved)
+    step = lattice_step(inner, moved)
+    searched = moved if step is None else without_teeth(inner, moved, step) or moved
+    found = search(inner, searched, effects, seed, say)
     say("deciding")
-    decision = decide(inner, data, found, parted.provisional, seed)
+    decision = decide(inner, searched, found, parted.provisional, seed)
     best = decision.best.trial.fit.chain
-    after = last_word(polished(best, data), data) if decision.chosen else inner
+    after = last_word(polished(best, moved), moved) if decision.chosen else inner
     if decision.chosen and _mean_square(after, data) > 1.02 * _mean_square(inner, data):
         # whitened noise with free offsets can hide a misfit that plain least squares shows
         decision, after = replace(decision, verdict="unexplained", chosen=(), rivals={}), inner
@@ -196,7 +203,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
         work = Work(source, data, case.full, whiten, parted.provisional)
         word = in_the_deck(work, chain, after, decision, found)
         after, source, decision, again = word.chain, word.source, word.decision, word.told
-    decision, after = _quantised(decision, after, case)
+    decision, after = _quantised(decision, after, case, step)
     if decision.verdict == "none":
         residual = data.output - chain.predict(data)
         rows = data.train & data.known
@@ -247,8 +254,11 @@ def _joined(decision: Decision, air: Pneumatics, provisional: bool) -> Decision:
     return replace(decision, verdict=verdict, chosen=chosen, rivals=rivals, detected=True)
 
 
-def _quantised(decision: Decision, after: Chain, case: Case) -> tuple[Decision, Chain]:
-    """Quantisation on top of what was found, or in its place where the lattice alone explains as much."""
+def _quantised(decision: Decision, after: Chain, case: Case, step: float | None) -> tuple[Decision, Chain]:
+    """Quantisation on top of what was found, or in its place where the lattice alone explains as much.
+
+    `step`: SI, of the lattice that the readings are known to stand on.
+    """
     rows = case.full.train & case.full.known
 
     def size(chain: Chain) -> float:
@@ -256,6 +266,8 @@ def _quantised(decision: Decision, after: Chain, case: Case) -> tuple[Decision, 
 
     for chain, chosen in ((case.chain, ()), (after, decision.chosen)):
         theta = lattice_theta(chain, case.full)
+        if theta is None and chosen == decision.chosen and decision.verdict != "unexplained":
+            theta = lattice_theta(chain, case.full, step) if step is not None else None
         if theta is None:
             continue
         rounded = chain.with_effects((*chain.effects, QUANTISATION), (*chain.thetas, theta))

@@ -17,10 +17,15 @@ LEAST_STANDING = 0.12
 """Length of the mean phase of the readings on the lattice; evenly spread ones have none."""
 LEAST_GAIN = 0.2
 """Share of the training error that rounding must take off."""
+LEAST_STANDING_GAIN = 0.03
+"""The same where the readings are known to stand on a lattice: of another law's misfit it takes little."""
 
 
-def lattice_theta(chain: Chain, data: Data) -> np.ndarray | None:
-    """(step, phase) of the effect on top of a chain, or None where no lattice shows that matters."""
+def lattice_theta(chain: Chain, data: Data, known: float | None = None) -> np.ndarray | None:
+    """(step, phase) of the effect on top of a chain, or None where no lattice shows that matters.
+
+    `known`: step (SI) on which the readings stand (`teeth`).
+    """
     if data.output.shape[1] != 1:
         return None
     rows = data.train & data.known
@@ -31,8 +36,14 @@ def lattice_theta(chain: Chain, data: Data) -> np.ndarray | None:
     spread = float(np.var(residual))
     if spread <= 0.0 or np.ptp(share) <= 0.0:
         return None
-    teeth = np.arange(TEETH[0], TEETH[1], 0.1) / np.ptp(share)
     keep = slice(None, None, max(len(share) // 6000, 1))
+    if known is not None:
+        step = known / (chain.gain * float(chain.scale[0]))
+        if not _carries_over(data, rows, share, residual, step):
+            return None
+        theta = _refined(share[keep], residual[keep], step)
+        return theta if _better(chain, data, theta, LEAST_STANDING_GAIN) else None
+    teeth = np.arange(TEETH[0], TEETH[1], 0.1) / np.ptp(share)
     wave = np.exp(2j * np.pi * np.outer(teeth, share[keep]))
     power = 2.0 * np.abs(wave @ residual[keep]) ** 2 / len(share[keep]) ** 2 / spread
     best = int(np.argmax(power))
@@ -41,9 +52,32 @@ def lattice_theta(chain: Chain, data: Data) -> np.ndarray | None:
     theta = _refined(share[keep], residual[keep], 1.0 / teeth[best])
     if not _standing(chain, data, float(theta[0])):
         return None
+    return theta if _better(chain, data, theta, LEAST_GAIN) else None
+
+
+def _carries_over(data: Data, rows: np.ndarray, share: np.ndarray, residual: np.ndarray, step: float) -> bool:
+    """Whether step and phase from the other training records bring each nearer, taken together."""
+    record = data.place[0][rows]
+    before = after = 0.0
+    for one in np.unique(record):
+        own, others = record == one, record != one
+        if not others.any():
+            return False
+        keep = slice(None, None, max(int(others.sum()) // 3000, 1))
+        size, phase = _refined(share[others][keep], residual[others][keep], step)
+        saw = phase + size * np.round((share[own] - phase) / size) - share[own]
+        left = residual[own] - saw
+        before += float(np.sum((residual[own] - residual[own].mean()) ** 2))
+        after += float(np.sum((left - left.mean()) ** 2))
+    return after < (1.0 - LEAST_STANDING_GAIN) ** 2 * before
+
+
+def _better(chain: Chain, data: Data, theta: np.ndarray, least: float) -> bool:
+    """Whether rounding takes a share `least` off the training error."""
+    rows = data.train & data.known
     rounded = chain.with_effects((*chain.effects, EFFECT), (*chain.thetas, theta))
     errors = [float(np.sqrt(np.mean((data.output - c.predict(data))[rows] ** 2))) for c in (chain, rounded)]
-    return theta if errors[1] < (1.0 - LEAST_GAIN) * errors[0] else None
+    return errors[1] < (1.0 - least) * errors[0]
 
 
 def _standing(chain: Chain, data: Data, step: float) -> bool:

@@ -263,7 +263,9 @@ def fit_noise(
     top = float(np.max(np.abs(response[rows]))) or 1.0
     least = 1e-4 * min(size, top)
     coloured = max(min(2.0 * size, COLOURED * top), 2.0 * least)
-    low = np.log([max(0.6 * _grain(data, runs), least), least, 1.5 * step, least, least / amplitude])
+    low = np.log(
+        [max(0.6 * _grain(data, runs), data.grain, least), least, 1.5 * step, least, least / amplitude]
+    )
     high = np.log(
         [max(2.0 * size, 4.0 * np.exp(low[0])), coloured, longest, 3.0 * size, 3.0 * size / amplitude]
     )

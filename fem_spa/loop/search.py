@@ -28,7 +28,9 @@ from fem_spa.loop.screen import (
 )
 from fem_spa.loop.threshold import null_quantile, scores
 
-SINGLES, PAIRS, MOST = 8, 4, 3
+SINGLES, PAIRS, MOST = 8, 8, 3
+INNER = 3
+"""Sets whose parameters are tried again with one effect less."""
 BLOCKS = 4
 """Parts of a fold whose left-out errors are told apart."""
 Say = Callable[[str], None]
@@ -228,8 +230,8 @@ def _pairs(
     """Pairs: the best on top of the best singles, and the best of all pairs of the screen; then swaps, a
     third."""
     noise = single.noise
-    for first in sorted((t for n, t in work.trials.items() if len(n) == 1), key=lambda t: t.cost)[:2]:
-        _extend(work, first, effects, 4)
+    for first in sorted((t for n, t in work.trials.items() if len(n) == 1), key=lambda t: t.cost)[:3]:
+        _extend(work, first, effects, 5)
     _screened_pairs(work, atoms, noise)
     pairs = sorted((t for n, t in work.trials.items() if len(n) == 2), key=lambda t: t.cost)
     if not pairs:
@@ -237,10 +239,30 @@ def _pairs(
     for name in pairs[0].names:
         kept = tuple(n for n in pairs[0].names if n != name)
         if kept in work.trials:
-            _extend(work, work.trials[kept], effects, 3, diverse=False)
+            _extend(work, work.trials[kept], effects, 5, diverse=False)
+    _inner(work, 2)
+    single = min((t for n, t in work.trials.items() if len(n) == 1), key=lambda t: t.cost)
     best_pair = min((t for n, t in work.trials.items() if len(n) == 2), key=lambda t: t.cost)
     if single.cost - best_pair.cost > 30.0:
         _extend(work, best_pair, effects, 3)
+        _inner(work, 3)
+
+
+def _inner(work: _Work, size: int) -> None:
+    """What the best sets of a size have found for each effect, tried again with one effect less.
+
+    A smaller set may have been fitted into another valley; then it would seem to need the effect more.
+    """
+    largest = sorted((t for n, t in work.trials.items() if len(n) == size), key=lambda t: t.cost)
+    tried: set[tuple[str, ...]] = set()
+    for trial in largest[:INNER]:
+        chain = trial.fit.chain
+        for leave in range(size):
+            kept = [i for i in range(size) if i != leave]
+            names = tuple(chain.effects[i].name for i in kept)
+            if names not in tried:
+                tried.add(names)
+                work.try_set([chain.effects[i] for i in kept], [chain.thetas[i] for i in kept], trial.noise)
 
 
 def _screened_pairs(work: _Work, atoms: Atoms, noise: Noise) -> None:

@@ -21,7 +21,7 @@ EFFECT = Effect(
     memory="fading",
     parameters=(Param("delay", 0.0, 2.0, 0.05, "s", True),),
     apply=apply,
-    starts=lambda ctx: grid([0.02, 0.06, 0.15, 0.4, 1.0]),
+    starts=lambda ctx: grid([0.02, 0.035, 0.06, 0.09, 0.13, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0]),
     experiment="steps",
     words="the whole motion comes later by the same time at every rate",
 )
