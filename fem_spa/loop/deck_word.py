@@ -14,7 +14,7 @@ from fem_spa.loop.model_file import Source
 
 if TYPE_CHECKING:
     from fem_spa.loop.decide import Decision
-    from fem_spa.loop.search import Found
+    from fem_spa.loop.search import Found, Trial
 
 THROUGH = ("chamber-gain", "cross-coupling", "base-compliance")
 """Effects of the structure that a deck is not solved again for; the report says why."""
@@ -74,7 +74,7 @@ def _after_all(work: Work, before: Chain, decision: Decision, found: Found) -> W
     names = decision.best.trial.names
     if decision.verdict != "unexplained" or not {*names} & {*STRUCTURAL}:
         return plain
-    rivals = {n: [r for r in STRUCTURAL if r in EFFECTS[n].classmates] for n in names}
+    rivals = {n: [r for r in EFFECTS[n].classmates if _trial(found, names, n, r) is not None] for n in names}
     verdict = "ambiguous" if work.provisional else "attributed"
     given = replace(decision, verdict=verdict, chosen=names, rivals=rivals, reasons=())
     chain = polished(decision.best.trial.fit.chain, work.data)
@@ -95,6 +95,12 @@ def _each(work: Work, word: Word, found: Found) -> Word:
     return word
 
 
+def _trial(found: Found, chosen: Sequence[str], name: str, rival: str) -> Trial | None:
+    """The fitted set with `rival` in the place of `name`."""
+    wanted = set(chosen) - {name} | {rival}
+    return next((t for n, t in found.trials.items() if set(n) == wanted), None)
+
+
 def _one(work: Work, word: Word, name: str, found: Found) -> Word:
     """The same for one name."""
     here = replace(work, source=word.source)
@@ -104,8 +110,7 @@ def _one(work: Work, word: Word, name: str, found: Found) -> Word:
     rivals = word.decision.rivals.get(name, [])
     if word.source.forms == "set" and word.source is work.source:
         for rival in rivals:
-            wanted = set(word.decision.chosen) - {name} | {rival}
-            trial = next((t for n, t in found.trials.items() if set(n) == wanted), None)
+            trial = _trial(found, word.decision.chosen, name, rival)
             if trial is None:
                 continue
             block = polished(trial.fit.chain, work.data)

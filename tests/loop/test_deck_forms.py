@@ -14,8 +14,10 @@ from fem_spa.cli import main
 from fem_spa.deck import read_deck
 from fem_spa.errors import InputError
 from fem_spa.loop.base_fem import DeckModel, read_deck_model
+from fem_spa.loop.decide import Decision
 from fem_spa.loop.deck_forms import _lagrange, _walled
 from fem_spa.loop.deck_solve import DeckSolve, Frame, digest
+from fem_spa.loop.deck_word import _renamed
 from fem_spa.loop.model_file import read_source
 from fem_spa.reduced.curve import from_points, read_columns
 from fem_spa.reduced.model import Drive
@@ -192,3 +194,24 @@ def test_the_kept_curve_is_that_of_solve(heavy: tuple[Path, list[Path], Path, di
     assert main(["solve", str(folder / "deck.toml"), "--out", str(folder / "again")]) == 0
     own, again = (read_columns(place / "curve.csv")[1] for place in (folder, folder / "again"))
     assert own[-1, 2] == pytest.approx(again[-1, 2], rel=1e-6)
+
+
+def test_a_rival_that_takes_the_place_of_a_name_leaves_it_as_its_rival() -> None:
+    # the other names and their rivals stay; what is no classmate makes the verdict ambiguous
+    nothing: Any = None
+    given = Decision(
+        "attributed",
+        ("creep", "payload"),
+        {"payload": ["gravity"], "creep": []},
+        [],
+        0.7,
+        0.3,
+        True,
+        *[nothing] * 3,
+        (),
+    )
+    found = _renamed(given, "payload", "gravity", ["payload"], False)
+    assert found.chosen == ("creep", "gravity") and found.rivals == {"creep": [], "gravity": ["payload"]}
+    assert found.verdict == "attributed"
+    assert _renamed(given, "payload", "gravity", ["payload"], True).verdict == "ambiguous"
+    assert _renamed(given, "payload", "payload", ["contact"], False).verdict == "ambiguous"
