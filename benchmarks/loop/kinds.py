@@ -272,7 +272,7 @@ def draw(name: str, seed: int, effect: str | None, library: Sequence[Physics], t
     )
     body = actuator(kind, true)
     acts = [p for p in library if p.name == effect and effect in kind.acts]
-    plain = moved(actuator(kind, given) if given else body, line, command, 0.0, names)
+    plain = moved(actuator(kind, given), line, command, 0.0, names)
     seen = line.seen
     span = float(np.ptp(plain[seen], axis=0).max())
     columns = _refit(kind, actuator(kind, given), line, command, plain, names)
