@@ -26,17 +26,19 @@ def kinds_section(rows: Sequence[Row], engine: str = "") -> str:
     """The section: counts a kind, then every case."""
     program = f" Program: {engine}." if engine else ""
     words = (
-        f"`python -m benchmarks.loop kinds` on {datetime.date.today():%Y-%m-%d}, one core of a shared "
-        f"machine;{program} {len(rows)} cases, drawn\nby the seed: the actuator is of the same kind with "
-        "another stiffness (the rod also another clamp and number of\nelements), and has an effect by the "
-        "generator's own physics, or a component that the model file leaves out. 3 % of the\nspan is "
-        "visible, but of components, which are as large as they are. Errors in deg, of the rod in mm."
+        f"`python -m benchmarks.loop kinds` on {datetime.date.today():%Y-%m-%d}, one core of a shared machine; "
+        f"{len(rows)} cases, effects drawn by\nthe seed or named.{program}\nThe actuator is of the same kind "
+        "with another stiffness (the rod also another clamp and number of elements), and has\nan effect by the "
+        "generator's own physics, 3 % of the span visible, or a component, as large as it is, that the model\n"
+        "file leaves out. Errors in deg, of the rod in mm."
     )
     done = [row for row in rows if row["status"] == "0"]
     counts = ["| kind | cases | ended | null, none named | right, exactly | the set holds it | problems |"]
     counts.append("|---|---|---|---|---|---|---|")
     for kind in KINDS:
         own = [row for row in rows if row["kind"] == kind]
+        if not own:
+            continue
         ended = [row for row in own if row in done]
         null, one = ([r for r in ended if bool(r["effect"]) is given] for given in (False, True))
         cells = [
@@ -52,7 +54,7 @@ def kinds_section(rows: Sequence[Row], engine: str = "") -> str:
     table = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
     for row in rows:
         cells = [
-            row["name"].rpartition("-")[0],
+            "-".join(row["name"].split("-")[:2]),
             row["effect"] or "none",
             f"{100 * float(row['visible']):.1f} %" if row["effect"] else "",
             row["verdict"] or f"status {row['status']}",
