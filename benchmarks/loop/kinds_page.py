@@ -25,14 +25,17 @@ def kinds_of(folders: Sequence[Path]) -> list[Row]:
 def kinds_section(rows: Sequence[Row], engine: str = "") -> str:
     """The section: counts a kind, then every case."""
     program = f" Program: {engine}." if engine else ""
-    day = f"{datetime.date.today():%Y-%m-%d}"
-    words = (
-        f"`python -m benchmarks.loop kinds` on {day}, one core of a shared machine; {len(rows)} cases, effects "
-        f"drawn by\nthe seed or named.{program}\nThe actuator is of the same kind with another stiffness (the "
-        "rod also another clamp and number of elements), and has\nan effect by the generator's own physics, "
-        "3 % of the span visible, or a component, as large as it is, that the model\nfile leaves out. Errors "
-        "in deg, of the rod in mm."
-    )
+    run = f"`python -m benchmarks.loop kinds` on {datetime.date.today():%Y-%m-%d}"
+    lines = [
+        f"{run}, one core of a shared machine; {len(rows)} cases, effects drawn by",
+        f"the seed or named.{program}",
+        "The actuator is of the same kind with another stiffness (the rod also another clamp and number of "
+        "elements), and has",
+        "an effect by the generator's own physics, 3 % of the span visible, or a component, as large as it is, "
+        "that the model",
+        "file leaves out. Errors in deg, of the rod in mm.",
+    ]
+    words = "\n".join(lines)
     done = [row for row in rows if row["status"] == "0"]
     counts = ["| kind | cases | ended | null, none named | right, exactly | the set holds it | problems |"]
     counts.append("|---|---|---|---|---|---|---|")
