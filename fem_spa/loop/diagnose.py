@@ -186,7 +186,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
     say("deciding")
     decision = decide(inner, searched, found, parted.provisional, seed)
     best = decision.best.trial.fit.chain
-    after = last_word(polished(best, moved), moved) if decision.chosen else inner
+    after = last_word(polished(best, data), data) if decision.chosen else polished(inner, data)
     if decision.chosen and _mean_square(after, data) > 1.02 * _mean_square(inner, data):
         # whitened noise with free offsets can hide a misfit that plain least squares shows
         decision, after = replace(decision, verdict="unexplained", chosen=(), rivals={}), inner
