@@ -31,8 +31,8 @@ def kinds_section(rows: Sequence[Row], engine: str = "") -> str:
         f"the seed or named.{program}",
         "The actuator is of the same kind with another stiffness (the rod also another clamp and number of "
         "elements), and has",
-        "an effect by the generator's own physics, 3 % of the span visible, or a component, as large as it is, "
-        "that the model",
+        "an effect by the generator's own physics, 3 % of the span visible, or a component, as large as it "
+        "is, that the model",
         "file leaves out. Errors in deg, of the rod in mm.",
     ]
     words = "\n".join(lines)
