@@ -181,7 +181,8 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
         moved = replace(data, output=data.output - beyond(air, chain, data, held is not None))
         inner = polished(inner, moved)
     step = lattice_step(inner, moved)
-    searched = moved if step is None else without_teeth(inner, moved, step) or moved
+    smooth = None if step is None else without_teeth(inner, moved, step)
+    searched, step = (moved, None) if smooth is None else (smooth, step)
     found = search(inner, searched, effects, seed, say)
     say("deciding")
     decision = decide(inner, searched, found, parted.provisional, seed)
