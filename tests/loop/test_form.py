@@ -33,7 +33,7 @@ def fitted(folder: Path, body: Body) -> tuple[Chain, Data, Whitener]:
     noise, _ = fit_noise(data, np.random.default_rng(0).normal(0.0, 2e-3, level.shape), level, runs)
     whiten = Whitener(data, noise, level, runs)
     effect = EFFECTS["hysteresis"]
-    found = fit(chain, data, whiten, [effect], [np.full(4, 0.1)], 20)
+    found = fit(chain, data, whiten, [effect], [np.array([0.1, 0.1, 0.1, 0.1, 0.0])], 20)
     return found.chain, data, whiten
 
 
