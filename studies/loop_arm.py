@@ -106,6 +106,15 @@ def slow_noise(rng: np.random.Generator, shape: tuple[int, ...], size: float = 0
     return noise
 
 
+def by_protocol(report: dict[str, Any]) -> str:
+    """Error of each protocol before and after; the held-out ones in brackets."""
+    parts = []
+    for record in report["error"]["records"]:
+        text = f"{Path(record['file']).stem} {record['before']:.1f} to {record['after']:.1f}"
+        parts.append(f"({text})" if record["role"] == "heldout" else text)
+    return f"by protocol, mm: {', '.join(parts)}"
+
+
 def words(rows: list[tuple[str, dict[str, Any]]]) -> str:
     """The table for the terminal."""
     lines = []
@@ -125,6 +134,7 @@ def words(rows: list[tuple[str, dict[str, Any]]]) -> str:
         lines.append(f"without {component}: {found} (expected {', '.join(sorted(expected))})")
         lines.append(f"  {said(report)}")
         lines.append(f"  {errors(report)}")
+        lines.append(f"  {by_protocol(report)}")
         if before is not None:
             shares = f"{100 * before / LENGTH:.2f} before, {100 * after / LENGTH:.2f} after"
             cost = f"leaving it out cost the paper's rod {PAPER[component]:.2f} %"
