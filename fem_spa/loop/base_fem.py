@@ -6,7 +6,8 @@ deck = "finger.toml"
 output = "angle"          # optional, as in kind "curve"; gain and offset likewise
 gravity = 1.0             # share of its weight, in each record's orientation; solved for each of them
 payload = "30 g"          # at the tip in every record;  payload_share: of what the records state
-forms = "named"           # which effects the deck is solved again for: "set" (rivals too), "none"
+forms = "named"           # which effects the deck is solved again for: "set" (rivals too), "none"; without
+                          # the key as "set", as long as that is quick (`deck_word.QUICK`)
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ LEVELS = {2: 5, 3: 3}
 STANDARD = 9.81
 """m/s^2"""
 KEYS = ("deck", "output", "gain", "offset", "gravity", "payload", "payload_share", "forms")
-FORMS = ("set", "named", "none")
+FORMS = ("auto", "set", "named", "none")
 Map = Curve | Surface
 
 

@@ -7,6 +7,7 @@ the deck's answers at the values solved so far; the deck is solved at what was f
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -89,13 +90,17 @@ class Solved:
 
 @dataclass(frozen=True)
 class Work:
-    """What a fit needs: thinned and full rows, the noise; `provisional`: one record only."""
+    """What a fit needs: thinned and full rows, the noise; `provisional`: one record only.
+
+    `until`: of `time.perf_counter`, by when all solves are to be done; None: they take what they take.
+    """
 
     source: Source
     data: Data
     full: Data
     whiten: Whitener
     provisional: bool = False
+    until: float | None = None
 
 
 def deck_word(work: Work, chain: Chain, name: str) -> tuple[Chain, Source, Solved]:
@@ -107,6 +112,9 @@ def deck_word(work: Work, chain: Chain, name: str) -> tuple[Chain, Source, Solve
     assert source.deck is not None
     block = (_rmse(chain, work.full, True), _rmse(chain, work.full, False))
     kept = chain, source
+    late = _too_long(work, name)
+    if late is not None:
+        return *kept, Solved(name, "named", late, None, block)
     theta = next(t for e, t in zip(chain.effects, chain.thetas, strict=True) if e.name == name)
     try:
         form = form_of(name, theta, source.deck, data, chain)
@@ -132,6 +140,19 @@ def deck_word(work: Work, chain: Chain, name: str) -> tuple[Chain, Source, Solve
     if not used:
         return *kept, told
     return best, replace(source, model=cast(ReducedModel, model), deck=model), told
+
+
+def _too_long(work: Work, name: str) -> str | None:
+    """Why a deck is not solved again for a name, None where there is time enough."""
+    if work.until is None or name not in STRUCTURAL:
+        return None
+    assert work.source.deck is not None
+    weight = name in ("gravity", "payload")
+    turns = len(np.unique(np.round(work.data.orientation, 6))) if weight else 1
+    expected = SOLVES * turns * work.source.deck.solve.seconds
+    if time.perf_counter() + expected <= work.until:
+        return None
+    return f"not solved: about {expected / 60:.0f} min more; model.forms = 'set' takes that time"
 
 
 def form_of(name: str, theta: np.ndarray, deck: DeckModel, data: Data, chain: Chain) -> Form | str:

@@ -12,6 +12,7 @@ import json
 import os
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -71,6 +72,7 @@ class DeckSolve:
     ----------
     path : of the deck's file;  deck : as read
     look : folders of solves that may have what is asked for
+    known : what was read or solved in this call, and `seconds` that the last solve as it is took
     keep : folder of solves for new ones; None: they are not kept
     say : told of every solve
     """
@@ -104,16 +106,27 @@ class DeckSolve:
         name = f"{loaded.label.replace(' ', '-')}-{mark[:8]}"
         for folder in (own, *(place / name for place in self.look)):
             if _marked(folder) == mark:
+                self.known["seconds"] = _seconds(folder)
                 return read_columns(folder / "curve.csv")
         what = own.name if own.parent == self.keep else self.path.name
         self.say(f"solving {what} {loaded.label}")
+        begun = time.perf_counter()
         if self.keep is None:
             with tempfile.TemporaryDirectory() as place:
-                return _solved(deck, Path(place), self.path, mark)
+                rows = _solved(deck, Path(place), self.path, mark)
+            self.known["seconds"] = time.perf_counter() - begun
+            return rows
         folder = own if own.parent == self.keep and loaded == Loaded() else self.keep / name
         if folder != own:
             write_deck(deck, folder)
-        return _solved(deck, folder, self.path, mark)
+        rows = _solved(deck, folder, self.path, mark)
+        self.known["seconds"] = _seconds(folder)
+        return rows
+
+    @property
+    def seconds(self) -> float:
+        """What a solve takes here, s; zero where that is not known."""
+        return float(self.known.get("seconds", 0.0))
 
     def _with(self, loaded: Loaded) -> Deck:
         changes: dict[str, Any] = {}
@@ -220,7 +233,7 @@ def _solved(deck: Deck, folder: Path, path: Path, mark: str) -> Rows:
     """Run a deck in a folder, or go on with it there, and mark it."""
     from fem_spa.run import run_deck
 
-    quiet = not sys.stderr.isatty()
+    quiet, begun = not sys.stderr.isatty(), time.perf_counter()
     try:
         outcome = run_deck(deck, folder, quiet=quiet, resume=True)
     except InputError:
@@ -233,7 +246,8 @@ def _solved(deck: Deck, folder: Path, path: Path, mark: str) -> Rows:
     curve = folder / "curve.csv"
     if not curve.is_file():
         raise InputError(f"the deck {path} gives no curve; see what `fem-spa solve {path.name}` says")
-    write_whole(folder / MARK, json.dumps({"digest": mark, "status": status}) + "\n")
+    told = {"digest": mark, "status": status, "seconds": round(time.perf_counter() - begun, 1)}
+    write_whole(folder / MARK, json.dumps(told) + "\n")
     return read_columns(curve)
 
 
@@ -244,6 +258,14 @@ def _marked(folder: Path) -> str | None:
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return str(found) if (folder / "curve.csv").is_file() else None
+
+
+def _seconds(folder: Path) -> float:
+    """What a marked solve took."""
+    try:
+        return float(json.loads((folder / MARK).read_text(encoding="utf-8"))["seconds"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0.0
 
 
 def _parsed(deck: Deck, table: dict[str, Any]) -> Deck:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -16,10 +17,13 @@ if TYPE_CHECKING:
     from fem_spa.loop.decide import Decision
     from fem_spa.loop.search import Found, Trial
 
+WITH_RIVALS = ("auto", "set")
 THROUGH = ("chamber-gain", "cross-coupling", "base-compliance")
 """Effects of the structure that a deck is not solved again for; the report says why."""
 
 
+QUICK = 600.0
+"""s that all solves of a diagnosis may be expected to take where the model's file says nothing."""
 LEAST_SHARE = 0.85
 """Share of the predictable squared error that a deck must explain where blocks did not do so."""
 CLEARLY = 0.8
@@ -43,10 +47,12 @@ class Word:
 def in_the_deck(work: Work, before: Chain, after: Chain, decision: Decision, found: Found) -> Word:
     """What is named in the deck, where the deck carries it as well as the block does, one after another.
 
-    With `forms = "set"` the deck is solved for structural rivals too, each in the place of what is named. One
-    whose deck does clearly better than that, as block and in the deck, takes its place: they are of a kind
-    that blocks cannot tell apart.
+    But with `forms = "named"` the deck is solved for structural rivals too, each in the place of what is
+    named. One whose deck does clearly better than that, as block and in the deck, takes its place: they are
+    of a kind that blocks cannot tell apart. With "auto" all solves together stay within `QUICK`.
     """
+    if work.source.forms == "auto":
+        work = replace(work, until=time.perf_counter() + QUICK)
     if not decision.chosen:
         return _after_all(work, before, decision, found)
     word = _each(work, Word(after, work.source, decision), found)
@@ -89,7 +95,7 @@ def _each(work: Work, word: Word, found: Found) -> Word:
     """One name after another."""
     decision = word.decision
     for name in decision.chosen:
-        rivals = decision.rivals.get(name, []) if word.source.forms == "set" else []
+        rivals = decision.rivals.get(name, []) if word.source.forms in WITH_RIVALS else []
         if {name, *rivals} & {*STRUCTURAL, *THROUGH}:
             word = _one(work, word, name, found)
     return word
@@ -108,7 +114,7 @@ def _one(work: Work, word: Word, name: str, found: Found) -> Word:
     tried = {name: (chain, source, told)}
     blocks: dict[str, float] = {}
     rivals = word.decision.rivals.get(name, [])
-    if word.source.forms == "set" and word.source is work.source:
+    if word.source.forms in WITH_RIVALS and word.source is work.source:
         for rival in rivals:
             trial = _trial(found, word.decision.chosen, name, rival)
             if trial is None:

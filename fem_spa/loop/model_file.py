@@ -91,7 +91,7 @@ def read_source(
         deck = read_deck_model(table, path.parent, out, say)
         loaded = deck.gravity or deck.payload or deck.payload_share
         model = cast(ReducedModel, deck if loaded else plain(deck))
-        forms = str(table.get("forms", "set"))
+        forms = str(table.get("forms", "auto"))
     else:
         model = read_model(path)
     given = tables.get("effects", {})

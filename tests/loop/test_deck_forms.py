@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,7 @@ from fem_spa.deck import read_deck
 from fem_spa.errors import InputError
 from fem_spa.loop.base_fem import DeckModel, read_deck_model
 from fem_spa.loop.decide import Decision
-from fem_spa.loop.deck_forms import _lagrange, _walled
+from fem_spa.loop.deck_forms import STRUCTURAL, Work, _lagrange, _too_long, _walled
 from fem_spa.loop.deck_solve import DeckSolve, Frame, digest
 from fem_spa.loop.deck_word import _renamed
 from fem_spa.loop.model_file import read_source
@@ -46,12 +48,12 @@ def deck_in(folder: Path) -> Path:
     return folder / "deck.toml"
 
 
-def kept(deck: Path, folder: Path, slope: float = 1.0) -> None:
+def kept(deck: Path, folder: Path, slope: float = 1.0, seconds: float = 0.0) -> None:
     """A solve of the deck as it is, put there by hand: 1 deg a kPa times `slope`."""
     mark = digest(read_deck(deck))
     place = folder / "solves" / f"as-it-is-{mark[:8]}"
     place.mkdir(parents=True)
-    (place / "solved.json").write_text(json.dumps({"digest": mark}))
+    (place / "solved.json").write_text(json.dumps({"digest": mark, "seconds": seconds}))
     rows = "\n".join(f"{p},{slope * p},{30 + 0.1 * p},0,{-0.2 * p}" for p in range(0, 60, 10))
     (place / "curve.csv").write_text(f"pressure [kPa],angle [deg],tip x [mm],tip y [mm],tip z [mm]\n{rows}\n")
 
@@ -71,6 +73,20 @@ def test_what_was_solved_is_not_solved_again(tmp_path: Path, monkeypatch: pytest
     model = read_deck_model({"kind": "fem", "deck": "deck.toml", "gain": 0.5}, tmp_path, tmp_path / "out")
     told = model.simulate(Drive(np.arange(2.0), np.array([[0.0], [20e3]])))
     assert np.degrees(told[:, 0]) == pytest.approx([0.0, 20.0])
+
+
+def test_solves_that_take_too_long_are_left_to_the_user(tmp_path: Path) -> None:
+    # at 100 s a solve and three orientations, gravity would take 15 minutes, a wall in the way 5
+    deck = deck_in(tmp_path)
+    kept(deck, tmp_path / "out", seconds=100.0)
+    data = SimpleNamespace(orientation=np.repeat([0.0, 1.0, 2.0], 5))
+    for until, late in ((None, []), (600.0, ["gravity", "payload"]), (10.0, list(STRUCTURAL))):
+        source = read_source(tmp_path / "model.toml", tmp_path / "out")
+        end = None if until is None else time.perf_counter() + until
+        work = Work(source, data, data, data, until=end)  # type: ignore[arg-type]
+        assert [n for n in STRUCTURAL if _too_long(work, n)] == late
+    assert "15 min" in str(_too_long(work, "gravity"))
+    assert _too_long(work, "creep") is None
 
 
 def test_another_deck_is_another_solve(tmp_path: Path) -> None:
