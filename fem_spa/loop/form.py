@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve
 
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
@@ -153,8 +154,12 @@ def formed(given: Freedom, whiten: Whitener) -> Formed:
     scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 1e-300))
     count = given.columns.shape[2] - len(given.sizes)
     cost = np.full(len(scale), 1e-6)
-    cost[count:] = 1.0 / (np.maximum(given.sizes, 1e-12) * scale[count:]) ** 2
+    cost[count:] = 1.0 / np.maximum(given.sizes * scale[count:], 1e-6) ** 2
     inner = gram[:-1, :-1] / np.outer(scale, scale) + np.diag(cost)
+    # columns that show nothing, or whose factors may not move, make rows of any size
+    size = np.sqrt(np.diag(inner))
     right = gram[:-1, -1] / scale
-    move = np.linalg.solve(inner, right)
+    move = (
+        solve(inner / np.outer(size, size) + 1e-10 * np.eye(len(size)), right / size, assume_a="pos") / size
+    )
     return Formed(float(gram[-1, -1] - right @ move), given.residual - given.columns @ (move / scale))

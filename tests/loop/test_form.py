@@ -6,13 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from loop_bench import curve, duhem, write_case
 
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.fit import fit
-from fem_spa.loop.form import contributions, formed, freedom
+from fem_spa.loop.form import Freedom, contributions, formed, freedom
 from fem_spa.loop.model_file import read_source
 from fem_spa.loop.noise import Whitener, fit_noise
 from fem_spa.loop.placebo import as_good_elsewhere
@@ -67,3 +68,14 @@ def test_form_takes_what_another_law_leaves_and_not_a_second_effect(tmp_path: Pa
 def test_the_history_of_other_records_does_as_well_where_it_is_theirs(tmp_path: Path) -> None:
     assert as_good_elsewhere(*fitted(tmp_path / "own", duhem)) == ()
     assert as_good_elsewhere(*fitted(tmp_path / "foreign", foreign)) == ("hysteresis",)
+
+
+def test_directions_that_show_nothing_are_left_alone(tmp_path: Path) -> None:
+    # a case of the benchmark had one with no rows at all, which made the sums singular
+    chain, data, whiten = fitted(tmp_path, duhem)
+    given = freedom(chain, data)
+    nothing = np.zeros((*given.columns.shape[:2], 2))
+    more = Freedom(
+        np.concatenate([given.columns, nothing], axis=2), np.append(given.sizes, [0.0, 1.0]), given.residual
+    )
+    assert formed(more, whiten).left == pytest.approx(formed(given, whiten).left, rel=1e-6)
