@@ -146,8 +146,8 @@ def head(rows: Sequence[Row], engine: str) -> str:
     failed = [row for row in rows if row["status"] != "0"]
     return f"""# The loop, tested blind
 
-Written by `python -m benchmarks.loop page` on {today}; {platform.machine()}, {os.cpu_count()} cores, shared
-with a dozen other programs (load average 10 to 20), one thread a case. Program: {engine or "this version"}.
+Written by `python -m benchmarks.loop page` on {today}; {platform.machine()}, {os.cpu_count()} cores with
+other work on them, one thread a case. Program: {engine or "this version"}.
 
 The records come from `benchmarks/loop`, a generator that shares no code and no functional form with the
 library of effects: relays and a Duhem equation for hysteresis, power laws and Eyring flow for creep,
