@@ -16,10 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from fem_spa.errors import InputError
 from fem_spa.output.files import whole, write_whole
 
 FOLDER = "checkpoint"
-FORMAT = 1
+FORMAT = 2
+"""Counted on where what a checkpoint holds is another: an older one cannot be gone on with."""
 _SMALL = 16  # numbers: fewer stand in the .json itself
 _ARRAY, _VALUES, _BLOCK = "<array>", "<values>", "<block>"
 _NAME = re.compile(r"\d{8}\.(npy|json)")
@@ -29,6 +31,10 @@ Written = dict[int, tuple[Any, list[Any]]]
 
 class Damaged(Exception):
     """A checkpoint is not whole."""
+
+
+class _Other(Exception):
+    """A checkpoint is of another format."""
 
 
 class Checkpoints:
@@ -67,16 +73,32 @@ class Checkpoints:
                 path.unlink(missing_ok=True)
 
     def load(self) -> dict[str, Any] | None:
-        """The last checkpoint that is whole; None where there is none. What is saved next replaces it."""
+        """The last checkpoint that is whole; None where there is none. What is saved next replaces it.
+
+        Raises
+        ------
+        InputError
+            There is none, but another version of the program has left one.
+        """
+        other: _Other | None = None
         for path in _manifests(self.folder):
             try:
                 content, used = self._read(path)
+            except _Other as found:
+                other = other or found
+                continue
             except (Damaged, OSError, ValueError, KeyError, TypeError, IndexError):
                 continue
             self._serial = max(_numbers(self.folder), default=0)
             self._written = used
             self._names = [{path.name, *(reference[1] for _, reference in used.values())}]
             return content
+        if other is not None:
+            raise InputError(
+                f"given --resume: the checkpoint in {self.folder} is of another version of fem-spa ({other}; "
+                f"this one goes on from format {FORMAT}); end the run with that version, or leave out "
+                "--resume to start anew"
+            )
         return None
 
     def remove(self) -> None:
@@ -129,8 +151,10 @@ class Checkpoints:
 
     def _read(self, path: Path) -> tuple[dict[str, Any], Written]:
         told = json.loads(path.read_text(encoding="utf-8"))
-        if told["format"] != FORMAT or told["crc"] != _crc(json.dumps(told["content"])):
+        if told["crc"] != _crc(json.dumps(told["content"])):
             raise Damaged(path.name)
+        if told["format"] != FORMAT:
+            raise _Other(f"format {told['format']}")
         used: Written = {}
         by_name: dict[str, Any] = {}
         content = self._decode(told["content"], used, by_name)

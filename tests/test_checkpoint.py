@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem_spa.checkpoint import Checkpoints, difference
+from fem_spa.checkpoint import FORMAT, Checkpoints, difference
+from fem_spa.errors import InputError
 
 RNG = np.random.default_rng(0)
 
@@ -80,13 +82,14 @@ def test_the_last_good_one(tmp_path: Path, what: str) -> None:
         case "gone":
             array.unlink()
         case "format":
-            manifest.write_text(text.replace('"format": 1', '"format": 0'))
+            manifest.write_text(text.replace(f'"format": {FORMAT}', '"format": 0'))
         case _:
             manifest.write_text(text.replace(array.name, "../secret.npy"))
     assert (Checkpoints(tmp_path / "c").load() or {})["step"] == 0
     for path in (tmp_path / "c").glob("*.npy"):
         path.unlink()
-    assert Checkpoints(tmp_path / "c").load() is None
+    with pytest.raises(InputError, match="format 0") if what == "format" else contextlib.nullcontext():
+        assert Checkpoints(tmp_path / "c").load() is None
 
 
 def test_the_difference_is_named() -> None:

@@ -20,6 +20,7 @@ from fem_spa.solid.space import Space
 AXES = {"x": 0, "y": 1, "z": 2}
 RULE = 6  # polynomial degree of the rule on a face
 LATTICE = 6  # parts of an edge between watched points; even, so that every node is one
+NEARER = (2, 4)  # parts of the lattice's distance: how near to a corner there are more of them
 
 
 def face_points() -> tuple[np.ndarray, np.ndarray, int]:
@@ -30,6 +31,12 @@ def face_points() -> tuple[np.ndarray, np.ndarray, int]:
     rule, weights = get_quadrature(RefTri, RULE)
     n = LATTICE
     lattice = np.array([(i / n, j / n) for i in range(n + 1) for j in range(n + 1 - i)])
+    # a fold's edge may close first at a corner where it ends: walls cross there before the lattice sees it
+    for part in NEARER:
+        h = 1.0 / (n * part)
+        s, t = np.array([(h, 0), (0, h), (h, h)]).T
+        corners = (s, t), (1 - s - t, s), (t, 1 - s - t)
+        lattice = np.vstack([lattice, *(np.stack(corner, axis=1) for corner in corners)])
     watched = np.full(len(lattice), weights.mean())
     return np.vstack([rule.T, lattice]), np.concatenate([weights, watched]), len(weights)
 

@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from fem_spa import prepare
+from fem_spa.checkpoint import FORMAT
 from fem_spa.cli import main
 from fem_spa.errors import InputError
 from fem_spa.output import files
@@ -112,6 +113,21 @@ def test_a_damaged_checkpoint_gives_way_to_the_one_before(
     last.write_bytes(data)
     assert main(["solve", "deck.toml", "--out", "out", "--resume"]) == 0
     assert "going on after step 3" in capsys.readouterr().err
+    assert results("out") == whole
+
+
+def test_a_checkpoint_of_an_earlier_version_is_one_line(whole: dict[str, bytes], capsys: Any) -> None:
+    """What a checkpoint holds changes between versions; going on from an older one would be a KeyError."""
+    cut(5)
+    for path in Path("out/checkpoint").glob("checkpoint_*.json"):
+        path.write_text(path.read_text().replace(f'"format": {FORMAT}', f'"format": {FORMAT - 1}'))
+    kept = {path.name for path in Path("out/checkpoint").iterdir()}
+    capsys.readouterr()
+    assert main(["solve", "deck.toml", "--out", "out", "--resume"]) == 2
+    told = [line for line in capsys.readouterr().err.splitlines() if "meshing" not in line]
+    assert len(told) == 1 and f"format {FORMAT - 1}" in told[0] and "leave out --resume" in told[0]
+    assert {path.name for path in Path("out/checkpoint").iterdir()} == kept
+    assert main(["solve", "deck.toml", "--out", "out"]) == 0
     assert results("out") == whole
 
 
