@@ -30,8 +30,10 @@ LEAST_SHARE = 0.62
 """A set that explains less of what is predictable explains only part."""
 LEAST_OWN = 0.1
 """Share that an effect of a set counts as adding at least, where its rivals are compared with it."""
-LEAST_OF_SET = 0.8
+LEAST_OF_SET = 0.9
 """The same for two effects and more, which imitate more."""
+LEAST_BEFORE = 0.8
+"""Share from which a smaller set stands where the larger one that goes beyond it explains too little."""
 LEAST_BETWEEN = 12.0
 """By how much one more effect must lessen the squares of what differs between records, in whitened units."""
 STEP_FORM = 0.15
@@ -130,7 +132,10 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     ]
     scored.sort(key=lambda s: -_rank(s, data))
     detected = max(found.score, found.drop) > 1.15 * found.limit + 2.0
-    best = _choose(scored, found, level, data, whiten)
+    path = _choose(scored, found, level, data, whiten)
+    best = path[-1]
+    if len(best.trial.names) > 1 and best.share < LEAST_OF_SET:
+        best = next((s for s in path[::-1] if _stands(s)), best)
     known = _learnable(chain, data, found, level, runs)
     left = 1.0 - best.share
     large = _relative(found.base, level, data) > LARGEST_NOISE
@@ -141,8 +146,7 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
         return Decision("none", (), {}, scored, 0.0, 0.0, False, learned, noise, best, ())
     if best.trial.names and _visible(found.base, best.trial, level, data) < LEAST_VISIBLE and not large:
         return Decision("none", (), {}, scored, 0.0, 0.0, False, learned, noise, best, ())
-    enough = LEAST_SHARE if len(best.trial.names) < 2 else LEAST_OF_SET
-    if best.share < enough or best.least < LEAST_OF_BOTH or not best.trial.names:
+    if best.share < _enough(best) or best.least < LEAST_OF_BOTH or not best.trial.names:
         words = (f"the best set explains {100 * max(best.share, 0):.0f} % of what is predictable",)
         return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, words)
     own = Whitener(data, noise, level, runs)
@@ -158,6 +162,16 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     return Decision(
         verdict, best.trial.names, rivals, scored, best.share, left, True, learned, noise, best, ()
     )
+
+
+def _enough(scored: Scored) -> float:
+    """Share that a set must explain."""
+    return LEAST_SHARE if len(scored.trial.names) < 2 else LEAST_OF_SET
+
+
+def _stands(scored: Scored) -> bool:
+    """Whether a set stands though something goes on beyond it."""
+    return bool(scored.trial.names) and scored.share >= max(_enough(scored), LEAST_BEFORE)
 
 
 def _scored(trial: Trial, whitened: float, plain: float, errors: FoldErrors) -> Scored:
@@ -276,14 +290,16 @@ def _learnable(chain: Chain, data: Data, found: Found, level: np.ndarray, runs: 
 
 def _choose(
     scored: Sequence[Scored], found: Found, level: np.ndarray, data: Data, whiten: Whitener
-) -> Scored:
-    """The smallest set that no larger one beats by enough, its laws free to take another form."""
+) -> list[Scored]:
+    """From nothing to the smallest set that no larger one beats by enough, its laws free to take another
+    form."""
     free: dict[tuple[str, ...], Freedom] = {}
     metrics = [_Metric(whiten, free, {})]
     if several_records(data):
         slow = between(whiten.noise, level, data)
         metrics.append(_Metric(Whitener(data, slow, level, whiten.runs), free, {}))
     best = next(s for s in scored if not s.trial.names)
+    path = [best]
     for size in (1, 2, 3):
         options = [s for s in scored if len(s.trial.names) == size]
         options = [s for s in options if not _one_class(s.trial.names)] or (
@@ -294,6 +310,7 @@ def _choose(
         if size == 1:
             top = max(options, key=lambda s: _rank(s, data))
             best = top if top.share - best.share > 0.0 else best
+            path.append(best)
             continue
         wider = [s for s in options if set(best.trial.names) < set(s.trial.names)]
         rounds = [(sorted(options, key=lambda s: -_rank(s, data))[:MOST_FORMED], found.limit + 10.0)]
@@ -306,7 +323,8 @@ def _choose(
         if not passed:
             break
         best = max(passed, key=lambda s: _rank(s, data))
-    return best
+        path.append(best)
+    return path
 
 
 @dataclass(frozen=True)
