@@ -54,7 +54,7 @@ def write_curve(path: Path, problem: Problem, result: Result, rows: Sequence[Row
         if rows and force:
             _force_over_pressure(axes.pop(0), problem, result, rows)
         if rows and volume:
-            _pressure_over_volume(axes.pop(0), problem, rows)
+            _pressure_over_volume(axes.pop(0), problem, result, rows)
     write_picture(path, drawing, 150)
 
 
@@ -111,6 +111,26 @@ def _line(
         )
 
 
+def _unstable(axes: Any, x: np.ndarray, y: np.ndarray, result: Result, rows: Sequence[Row]) -> None:
+    """A cross where the equilibrium no longer stays by itself."""
+    at = [k for k, row in enumerate(rows) if row.step == result.unstable_step]
+    if not at:
+        return
+    place = (x[at[0]], y[at[0]])
+    axes.plot(*place, "X", color=WARN, markersize=9, markeredgecolor="white", zorder=5)
+    axes.annotate(
+        "not stable from here",
+        place,
+        xytext=(8, -14),
+        textcoords="offset points",
+        color=WARN,
+        fontsize=9,
+        ha="left",
+        va="top",
+        zorder=5,
+    )
+
+
 def _touch_line(
     axes: Any, problem: Problem, result: Result, place: float | None, falls: bool = False
 ) -> None:
@@ -157,6 +177,7 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
         y = np.degrees([row.angle for row in rows])
     axes.plot(*_from_rest(problem, x, y), "-", color=ACCENT, linewidth=2.0, zorder=3)
     _line(axes, x, y, rows, "angle")
+    _unstable(axes, x, y, result, rows)
     axes.annotate(
         f"{number(float(y[-1]), 3)}{' mm' if linear else '°'}",
         (x[-1], y[-1]),
@@ -205,6 +226,7 @@ def _force_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     curves |= {f"obstacle {k + 1}": on[:, k] for k in range(len(problem.obstacles))}
     for (name, y), colour in zip(curves.items(), (SECOND, ACCENT, GREY, WARN), strict=False):
         _line(axes, x, np.asarray(y), rows, name, colour)
+        _unstable(axes, x, np.asarray(y), result, rows)
     axes.set_xlabel(label)
     axes.set_ylabel("force [N]" if len(curves) > 1 else f"force on the {next(iter(curves))} [N]")
     axes.set_title("Force over pressure")
@@ -214,11 +236,12 @@ def _force_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     _touch_line(axes, problem, result, touch)
 
 
-def _pressure_over_volume(axes: Any, problem: Problem, rows: Sequence[Row]) -> None:
+def _pressure_over_volume(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
     x = np.array([row.volume for row in rows]) * 1e6
     for name, colour in zip(problem.mesh.cavities, (SECOND, ACCENT, GREY, WARN), strict=False):
         y = np.array([row.pressure[name] for row in rows]) / 1e3
         _line(axes, x, y, rows, name, colour)
+        _unstable(axes, x, y, result, rows)
         top = int(np.argmax(y))
         if 0 < top < len(y) - 1:
             axes.annotate(

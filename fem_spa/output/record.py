@@ -126,6 +126,7 @@ def record(
         "status": result.status,
         "message": result.message,
         "warnings": all_warnings(problem, result),
+        "not stable from step": result.unstable_step,
         "first touch [kPa]": None if not touch else {name: value / 1e3 for name, value in touch.items()},
         "contact": problem.contact,
         "obstacles": len(problem.obstacles),

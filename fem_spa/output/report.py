@@ -72,6 +72,9 @@ def _tiles(problem: Problem, result: Result) -> str:
         numbers.append((f"force on obstacle {k + 1}", f"{number(force)} N"))
     if result.touch_pressure:
         numbers.append(("first touch at", pressures(result.touch_pressure, 3)))
+    for row in result.rows:
+        if row.step == result.unstable_step:
+            numbers.append(("not stable from", pressures(row.pressure, 3)))
     numbers.append(("enclosed air", f"{number(last.volume * 1e6)} ml"))
     return tiles(numbers)
 

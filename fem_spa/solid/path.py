@@ -21,6 +21,7 @@ from fem_spa.solid.observe import Observer
 from fem_spa.solid.predictor import Predictor
 from fem_spa.solid.problem import Problem, Result, Row, State, StepControl
 from fem_spa.solid.space import Space, build_space
+from fem_spa.solid.stability import Stability
 from fem_spa.solid.stop import Stop, give_up
 from fem_spa.solid.system import System, cavity_values
 from fem_spa.solid.walk_memory import Memory, Told, Way, recall, remember, row_memory, state_of
@@ -90,6 +91,7 @@ class Walk:
         self.angle = Angle(problem, space)
         self.walls: Walls | None = None if problem.contact else Walls(space, problem.symmetry)
         self.cards = CardWatch(problem)
+        self.stability = Stability()
         n = len(self.system.cavities)
         self.x, self.pressure = self.system.rest(), np.zeros(n)
         self.rest_volume = self.system.evaluate(self.x, self.pressure, 0.0).volume
@@ -153,6 +155,7 @@ class Walk:
             seconds=self.seconds,
             warnings=self.warnings,
             touch_pressure=self.touch,
+            unstable_step=self.stability.step,
         )
         for observer in self.observers:
             observer.finished(result)
@@ -387,6 +390,7 @@ class Walk:
         self.rows.append(row)
         self.told.append(row_memory(row))
         self.state = state
+        self.watch_stability(equilibrium, closely=self.fraction > 1.0 - 1e-9)
         for observer in self.observers:
             observer.converged(state, row, self.fraction)
 
@@ -408,6 +412,17 @@ class Walk:
         if self.touch is None and not self.rows and system.touching.highest > 0:
             self.touched(self.pressure)
         return {"gap": gap, "obstacle_force": system.obstacle_force()}
+
+    def watch_stability(self, found: Equilibrium, closely: bool) -> None:
+        """Whether the state that was last evaluated stays by itself, under what is prescribed there."""
+        loads = self.problem.loads
+        control = "pressure" if self.way is None or self.way.dead else loads.control
+        constraint = Constraint(control, found.pressure, self.rest_volume, loads.atmosphere)
+        started = time.perf_counter()
+        self.warnings += self.stability.look(
+            self.system, self.factors, found, constraint, self.rows[-2:], closely
+        )
+        self.factors.seconds += time.perf_counter() - started
 
     def watch_walls(self, displacement: np.ndarray, pressure: dict[str, float]) -> None:
         if self.walls is None:

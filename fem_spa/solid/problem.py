@@ -201,6 +201,7 @@ class Result:
     status : "done"; "limit" (the load cannot be borne); "diverged"; "interrupted"
     message : one or two plain sentences; names the worst element and where it is where one is at fault
     warnings : plain sentences that belong beside the curve (walls that pass through one another, ...)
+    unstable_step : the first state found that does not stay by itself, or only as a volume is held
     seconds : "assembly", "linear", "contact", "total";  counts in words below
     """
 
@@ -215,3 +216,4 @@ class Result:
     seconds: dict[str, float]
     warnings: list[str] = field(default_factory=list)
     touch_pressure: Mapping[str, float] | None = None
+    unstable_step: int | None = None

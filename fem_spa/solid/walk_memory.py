@@ -90,6 +90,7 @@ def remember(walk: Walk) -> Memory:
         "cavity_volume": dict(walk.state.cavity_volume) if walk.state else None,
         "angle": walk.angle.memory(),
         "cards": [list(walk.cards.ranged), list(walk.cards.stable)],
+        "stability": walk.stability.memory(),
         "walls": walk.walls is not None,
         "touch": walk.touch,
         "warnings": list(walk.warnings),
@@ -124,6 +125,7 @@ def recall(walk: Walk, memory: Mapping[str, Any]) -> None:
     ranged, stable = memory["cards"]
     walk.cards.ranged = {name: walk.cards.ranged[name] for name in ranged}
     walk.cards.stable = {name: walk.cards.stable[name] for name in stable}
+    walk.stability.recall(memory["stability"])
     if not memory["walls"]:
         walk.walls = None
     walk.touch = memory["touch"]
