@@ -111,7 +111,9 @@ def _line(
         )
 
 
-def _unstable(axes: Any, x: np.ndarray, y: np.ndarray, result: Result, rows: Sequence[Row]) -> None:
+def _unstable(
+    axes: Any, x: np.ndarray, y: np.ndarray, problem: Problem, result: Result, rows: Sequence[Row]
+) -> None:
     """A cross where the equilibrium no longer stays by itself."""
     at = [k for k, row in enumerate(rows) if row.step == result.unstable_step]
     if not at:
@@ -119,7 +121,7 @@ def _unstable(axes: Any, x: np.ndarray, y: np.ndarray, result: Result, rows: Seq
     place = (x[at[0]], y[at[0]])
     axes.plot(*place, "X", color=WARN, markersize=9, markeredgecolor="white", zorder=5)
     axes.annotate(
-        "not stable from here",
+        ("" if problem.loads.control == "pressure" else "with pressure held:\n") + "not stable from here",
         place,
         xytext=(8, -14),
         textcoords="offset points",
@@ -177,7 +179,7 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
         y = np.degrees([row.angle for row in rows])
     axes.plot(*_from_rest(problem, x, y), "-", color=ACCENT, linewidth=2.0, zorder=3)
     _line(axes, x, y, rows, "angle")
-    _unstable(axes, x, y, result, rows)
+    _unstable(axes, x, y, problem, result, rows)
     axes.annotate(
         f"{number(float(y[-1]), 3)}{' mm' if linear else '°'}",
         (x[-1], y[-1]),
@@ -226,7 +228,7 @@ def _force_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     curves |= {f"obstacle {k + 1}": on[:, k] for k in range(len(problem.obstacles))}
     for (name, y), colour in zip(curves.items(), (SECOND, ACCENT, GREY, WARN), strict=False):
         _line(axes, x, np.asarray(y), rows, name, colour)
-        _unstable(axes, x, np.asarray(y), result, rows)
+        _unstable(axes, x, np.asarray(y), problem, result, rows)
     axes.set_xlabel(label)
     axes.set_ylabel("force [N]" if len(curves) > 1 else f"force on the {next(iter(curves))} [N]")
     axes.set_title("Force over pressure")
@@ -241,7 +243,7 @@ def _pressure_over_volume(axes: Any, problem: Problem, result: Result, rows: Seq
     for name, colour in zip(problem.mesh.cavities, (SECOND, ACCENT, GREY, WARN), strict=False):
         y = np.array([row.pressure[name] for row in rows]) / 1e3
         _line(axes, x, y, rows, name, colour)
-        _unstable(axes, x, y, result, rows)
+        _unstable(axes, x, y, problem, result, rows)
         top = int(np.argmax(y))
         if 0 < top < len(y) - 1:
             axes.annotate(

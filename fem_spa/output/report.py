@@ -74,7 +74,8 @@ def _tiles(problem: Problem, result: Result) -> str:
         numbers.append(("first touch at", pressures(result.touch_pressure, 3)))
     for row in result.rows:
         if row.step == result.unstable_step:
-            numbers.append(("not stable from", pressures(row.pressure, 3)))
+            held = "" if problem.loads.control == "pressure" else "with pressure held "
+            numbers.append((f"{held}not stable from", pressures(row.pressure, 3)))
     numbers.append(("enclosed air", f"{number(last.volume * 1e6)} ml"))
     return tiles(numbers)
 
