@@ -178,6 +178,9 @@ def test_derivatives_where_walls_press_each_other():
     seen = Sensitivities([turned])
     result = solve(problem, tight, [seen])
     assert result.status == "done" and result.touch_pressure is not None
-    ends = [solve(turned.turn(problem, turned.value * (1 + s)), tight).rows[-1].angle for s in (2e-3, -2e-3)]
-    expected = (ends[0] - ends[1]) / (4e-3 * turned.value)
+    # so near that both neighbours have the same contact points: those that act only where walls would pass
+    # through are another discrete choice, worth some 0.1 % of the angle
+    near = 5e-4
+    ends = [solve(turned.turn(problem, turned.value * (1 + s)), tight).rows[-1].angle for s in (near, -near)]
+    expected = (ends[0] - ends[1]) / (2 * near * turned.value)
     assert seen.found[-1].angle[0] == pytest.approx(expected, rel=0.01)

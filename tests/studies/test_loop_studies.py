@@ -54,12 +54,17 @@ def told() -> Told:
         period = {"value": 0.2, "unit": "s", "low": 0.1, "high": 0.3}
         effect = {"name": "inertia", "rivals": [], "parameters": {"period": period}}
         held = {"before": 2.0, "after": 1.0, "floor": 0.5, "floor_from": "repeats"}
+        rows = [
+            {"file": p.name, "role": role, "before": 2.0, "after": 1.0}
+            for role, paths in (("train", records), ("heldout", holdout))
+            for p in paths
+        ]
         return {
             "verdict": "attributed",
             "effects": [effect],
             "candidates": ["inertia"],
             "signature": "",
-            "error": {"unit": "mm", "heldout": held},
+            "error": {"unit": "mm", "heldout": held, "records": rows},
         }
 
     diagnose.calls = calls  # type: ignore[attr-defined]
