@@ -27,6 +27,8 @@ LEAST_KNOWN = 0.25
 NOISE, SHARP = 0.006, 0.7
 """Noise after the rounding, share of the span, and share of the agreement that it leaves to be asked for."""
 STEPS_OF_TEETH = 0.05
+PASSED, LEAST_PASSED = 0.8, 5
+"""Travel in a tooth, in steps, from which it was passed through; and how many must have been."""
 GRAIN = 0.1
 """Share of a step to which the mean over a tooth is believed."""
 FASTEST = 0.015
@@ -47,8 +49,8 @@ def lattice_step(chain: Chain, data: Data) -> float | None:
         if run.train and known.sum() > 8:
             travel = np.abs(np.gradient(prediction[run.part]))
             weight = travel * known * (travel < FASTEST * np.ptp(prediction[data.train]))
-            parts.append((data.output[run.part, 0], weight))
-    weights = np.concatenate([w for _, w in parts])
+            parts.append((data.output[run.part, 0], weight, prediction[run.part]))
+    weights = np.concatenate([w for _, w, _ in parts])
     total = float(weights.sum())
     if total <= 0.0:
         return None
@@ -56,7 +58,7 @@ def lattice_step(chain: Chain, data: Data) -> float | None:
     span = float(np.ptp(prediction[data.train]))
     teeth = np.arange(TEETH[0], TEETH[1], STEPS_OF_TEETH) / span
     power = np.zeros(len(teeth))
-    for reading, weight in parts:
+    for reading, weight, _ in parts:
         if weight.sum() > 0.0:
             wave = np.exp(2j * np.pi * np.outer(teeth, reading))
             power += weight.sum() * np.abs(wave @ weight / weight.sum()) ** 2
@@ -70,7 +72,15 @@ def lattice_step(chain: Chain, data: Data) -> float | None:
     # readings on a lattice stand on every finer one too
     coarse = int(np.nonzero(agreement > 0.8 * agreement[best])[0][0])
     window = slice(max(coarse - 5, 0), coarse + 6)
-    return float(1.0 / teeth[window][int(np.argmax(agreement[window]))])
+    step = float(1.0 / teeth[window][int(np.argmax(agreement[window]))])
+    return step if _passed(parts, step) >= LEAST_PASSED else None
+
+
+def _passed(parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]], step: float) -> int:
+    """Teeth that were passed through: readings of a part of one agree by themselves."""
+    tooth = np.concatenate([np.floor(place / step) for _, _, place in parts]).astype(int)
+    weight = np.concatenate([w for _, w, _ in parts])
+    return int(np.sum(np.bincount(tooth - tooth.min(), weight) >= PASSED * step))
 
 
 def without_teeth(chain: Chain, data: Data, step: float) -> Data | None:

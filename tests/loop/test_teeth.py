@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loop_bench import SPAN, curve, holds, nothing, rich, write_case
+from loop_bench import SPAN, curve, drives, holds, nothing, rich, threshold, write_case
 
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
@@ -51,6 +51,11 @@ def test_smooth_readings_stand_on_none(tmp_path: Path, body: Body) -> None:
 def test_few_places_of_rest_are_no_lattice(tmp_path: Path) -> None:
     stairs = [holds([0.2, 0.4, 0.6, 0.8, 1.0, 0.5, 0.0], 10.0)] * 4
     assert lattice_step(*built(tmp_path, nothing, stairs)) is None
+
+
+def test_a_part_of_a_tooth_is_no_lattice(tmp_path: Path) -> None:
+    # fast ramps, of which only the slow beginnings below a threshold are looked at
+    assert lattice_step(*built(tmp_path, threshold, drives())) is None
 
 
 def test_saw_goes_and_the_effect_stays(tmp_path: Path) -> None:
