@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_spa.deck import read_deck
-from fem_spa.mesh_store import _read as read_kept
+from fem_spa.mesh_store import read_kept
 from fem_spa.output.toml import to_toml
 from fem_spa.prepare import prepare
 from fem_spa.run import MESH

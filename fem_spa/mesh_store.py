@@ -74,13 +74,13 @@ def place(folder: Path, key: str) -> Path:
 def kept(folder: Path, drawing: Drawing, shape: Any, make: Callable[[], TaggedMesh]) -> TaggedMesh:
     """The mesh of a drawing: read from `folder`, or made and written there."""
     path = place(folder, mesh_key(drawing, shape))
-    found = _read(path)
+    found = read_kept(path)
     if found is None:
         path.unlink(missing_ok=True)  # a damaged one
         fresh = make()
         folder.mkdir(parents=True, exist_ok=True)
         _write_first(path, _bytes(fresh))
-        found = _read(path) or fresh
+        found = read_kept(path) or fresh
     return found
 
 
@@ -123,7 +123,7 @@ def _bytes(mesh: TaggedMesh) -> bytes:
     return buffer.getvalue()
 
 
-def _read(path: Path) -> TaggedMesh | None:
+def read_kept(path: Path) -> TaggedMesh | None:
     """None where there is none, or its file is damaged."""
     try:
         with np.load(path, allow_pickle=False) as file:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import html
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +10,7 @@ import numpy as np
 
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.output.files import write_whole
-from fem_spa.output.report_style import STYLE
+from fem_spa.output.page import document, escaped, pictures
 from fem_spa.output.words import number
 
 if TYPE_CHECKING:
@@ -52,27 +50,27 @@ def write_page(study: Study, report: dict[str, Any], out: Path) -> None:
             "From the commands alone: dark pairs look alike in these records, whatever was measured.",
         ),
     ]
-    for data, name, _ in (*first, *more):
-        write_whole(out / name, data)
-    name = _text(out.resolve().name)
-    _write_html(
+    for data, file, _ in (*first, *more):
+        write_whole(out / file, data)
+    name = out.resolve().name
+    page = document(
         name,
-        out,
         [
-            _verdict(report, name),
+            _verdict(report, escaped(name)),
             _tiles(report),
             _warnings(report),
-            *(_figures([picture]) for picture in first),
+            *(pictures(out, [(file, words)]) for _, file, words in first),
             _effects(report),
             _solved_again(report),
             _next(report, out),
             _records(study, report),
             _places(report),
             _excluded(report),
-            _section("Behind it", "".join(_figures([picture]) for picture in more)),
+            _section("Behind it", "".join(pictures(out, [(file, words)]) for _, file, words in more)),
             _audit(report),
         ],
     )
+    write_whole(out / "report.html", page)
 
 
 def write_short_page(
@@ -88,32 +86,19 @@ def write_short_page(
     """
     from fem_spa.loop.pictures import measured_beside
 
-    name = _text(out.resolve().name)
-    above = f"{name}: a diagnosis by fem_spa &middot; verdict <b>insufficient</b>"
+    name = out.resolve().name
+    above = f"{escaped(name)}: a diagnosis by fem_spa &middot; verdict <b>insufficient</b>"
     words = "Nothing was added to the model, and nothing can be said about any effect. " + NEEDED
+    reason = escaped(report["reasons"][0])
     sections = [
         f'<header class="stopped"><p class="name">{above}</p>'
-        f"<h1>These records cannot tell: {_text(report['reasons'][0])}.</h1><p>{_text(words)}</p></header>\n"
+        f"<h1>These records cannot tell: {reason}.</h1><p>{escaped(words)}</p></header>\n"
     ]
     if len(rows):
         data = measured_beside(records[0], names, rows[0])
         write_whole(out / "motion.png", data)
-        sections.append(_figures([(data, "motion.png", "The first record, and the model on its pressures.")]))
-    _write_html(name, out, [*sections, _audit(report)])
-
-
-def _write_html(name: str, out: Path, sections: Sequence[str]) -> None:
-    head = (
-        f'<meta charset="utf-8"><title>{name}</title>'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style>'
-    )
-    body = f"<main>{''.join(sections)}</main>"
-    page = f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>{body}</body></html>\n'
-    write_whole(out / "report.html", page)
-
-
-def _text(value: Any) -> str:
-    return html.escape(str(value))
+        sections.append(pictures(out, [("motion.png", "The first record, and the model on its pressures.")]))
+    write_whole(out / "report.html", document(name, [*sections, _audit(report)]))
 
 
 def _section(title: str, content: str) -> str:
@@ -136,12 +121,12 @@ def _verdict(report: dict[str, Any], name: str) -> str:
 
     kind = COLOUR.get(report["verdict"], "stopped")
     words = MEANS.get(report["verdict"], "")
-    signature = f"<p>It looks like this: {_text(report['signature'])}.</p>" if report["signature"] else ""
-    above = f"{name}: a diagnosis by fem_spa &middot; verdict <b>{_text(report['verdict'])}</b>"
+    signature = f"<p>It looks like this: {escaped(report['signature'])}.</p>" if report["signature"] else ""
+    above = f"{name}: a diagnosis by fem_spa &middot; verdict <b>{escaped(report['verdict'])}</b>"
     return (
         f'<header class="{kind}"><p class="name">{above}</p>'
-        f"<h1>{_text(sentence(report))}</h1><p><b>{_text(plainly(report))}</b></p>"
-        f"<p>{_text(words)}</p>{signature}</header>\n"
+        f"<h1>{escaped(sentence(report))}</h1><p><b>{escaped(plainly(report))}</b></p>"
+        f"<p>{escaped(words)}</p>{signature}</header>\n"
     )
 
 
@@ -162,7 +147,7 @@ def plainly(report: dict[str, Any]) -> str:
 
 
 def _tiles(report: dict[str, Any]) -> str:
-    held, unit = report["error"]["heldout"], _text(report["error"]["unit"])
+    held, unit = report["error"]["heldout"], escaped(report["error"]["unit"])
     repeated = held["floor_from"].startswith("repeats")
     labels = {
         "before": "error before, records not used",
@@ -173,7 +158,7 @@ def _tiles(report: dict[str, Any]) -> str:
     tiles.append((f"{number(report['error']['span'], 3)} {unit}", "range of the output"))
     if report["effects"]:
         tiles.append((f"{100 * report['explained']:.0f} %", "of what could be explained is explained"))
-    cells = (f"<div><strong>{value}</strong><span>{_text(label)}</span></div>" for value, label in tiles)
+    cells = (f"<div><strong>{value}</strong><span>{escaped(label)}</span></div>" for value, label in tiles)
     return f'<section class="tiles">{"".join(cells)}</section>\n'
 
 
@@ -190,17 +175,8 @@ def _warnings(report: dict[str, Any]) -> str:
         )
     if not said:
         return ""
-    items = "".join(f"<li>{_text(text)}</li>" for text in said)
+    items = "".join(f"<li>{escaped(text)}</li>" for text in said)
     return f'<section class="warnings"><h2>To know beside it</h2><ul>{items}</ul></section>\n'
-
-
-def _figures(pictures: Iterable[tuple[bytes, str, str]]) -> str:
-    cells = []
-    for data, _, words in pictures:
-        code = base64.b64encode(data).decode("ascii")
-        image = f'<img alt="{_text(words)}" src="data:image/png;base64,{code}">'
-        cells.append(f"<figure>{image}<figcaption>{_text(words)}</figcaption></figure>")
-    return f'<section class="pictures">{"".join(cells)}</section>\n'
 
 
 def _effects(report: dict[str, Any]) -> str:
@@ -211,8 +187,8 @@ def _effects(report: dict[str, Any]) -> str:
         name = effect["name"]
         numbers = "<br>".join(_parameter(n, p) for n, p in effect["parameters"].items())
         weight = f"{100 * effect['probability']:.0f} %"
-        rivals = _text(", ".join(effect["rivals"]) or "none")
-        rows += _row([_text(name), weight, _text(EFFECTS[name].words), numbers, rivals], "th")
+        rivals = escaped(", ".join(effect["rivals"]) or "none")
+        rows += _row([escaped(name), weight, escaped(EFFECTS[name].words), numbers, rivals], "th")
     after = (
         "<p>The model with it is <code>model_next.toml</code>; <code>fem-spa diagnose</code> and "
         "<code>fem-spa simulate</code> read it.</p>"
@@ -224,7 +200,7 @@ def _solved_again(report: dict[str, Any]) -> str:
     """Effects in the deck itself: a row each, its error beside the block's."""
     if not report["solved_again"]:
         return ""
-    unit = _text(report["error"]["unit"])
+    unit = escaped(report["error"]["unit"])
     heads = ["effect", "what was solved", "number (95 %)", "block", "deck", "last word"]
     rows = _heads([f"{h}, not used [{unit}]" if h in ("block", "deck") else h for h in heads])
     for row in report["solved_again"]:
@@ -234,7 +210,8 @@ def _solved_again(report: dict[str, Any]) -> str:
             "" if row[k]["heldout"] is None else number(row[k]["heldout"], 3) for k in ("block", "deck")
         ]
         rows += _row(
-            [_text(row["name"]), _text(row["form"]), numbers, *errors, "deck" if row["used"] else ""], "th"
+            [escaped(row["name"]), escaped(row["form"]), numbers, *errors, "deck" if row["used"] else ""],
+            "th",
         )
     words = (
         "A block stands for an effect on the pressure or the output. Here the deck was solved with it, too; "
@@ -244,7 +221,7 @@ def _solved_again(report: dict[str, Any]) -> str:
 
 
 def _parameter(name: str, p: dict[str, Any]) -> str:
-    text = f"{_text(name)} {number(p['value'], 3)} {_text(p['unit'])}"
+    text = f"{escaped(name)} {number(p['value'], 3)} {escaped(p['unit'])}"
     if p["low"] is None:
         return text
     return f"{text} <small>({number(p['low'], 3)} to {number(p['high'], 3)})</small>"
@@ -254,15 +231,13 @@ def _next(report: dict[str, Any], out: Path) -> str:
     plan = report["next_experiment"]
     if plan is None:
         return ""
-    words = f"<b>{_text(plan['what'])}</b>: {_text(plan['why'])}."
-    file = f"The pressures to command are in <code>{_text(plan['profile'])}</code>."
+    words = f"<b>{escaped(plan['what'])}</b>: {escaped(plan['why'])}."
+    file = f"The pressures to command are in <code>{escaped(plan['profile'])}</code>."
     picture = ""
     if "foretold" in plan:
-        file += f" What each explanation foretells is in <code>{_text(plan['foretold'])}</code>."
-        data = (out / "next_experiment.png").read_bytes()
-        picture = _figures(
-            [(data, "", "What each explanation foretells: where the bands part, one run decides.")]
-        )
+        file += f" What each explanation foretells is in <code>{escaped(plan['foretold'])}</code>."
+        caption = "What each explanation foretells: where the bands part, one run decides."
+        picture = pictures(out, [("next_experiment.png", caption)])
     return _section("Next experiment", f"<p>{words} {file}</p>{picture}")
 
 
@@ -274,7 +249,7 @@ def _records(study: Study, report: dict[str, Any]) -> str:
     names = study.after.base.names
     size = unit_size(unit, names[0])
     heads = ["record", "role", "before", "after", "after, % of range", "largest after", "learner"]
-    rows = _heads([f"{h} [{_text(unit)}]" if 1 < i != 4 else h for i, h in enumerate(heads)])
+    rows = _heads([f"{h} [{escaped(unit)}]" if 1 < i != 4 else h for i, h in enumerate(heads)])
     for row, record, after, floor in zip(
         report["error"]["records"], study.case.split.records, study.after_rows, study.floor_rows, strict=True
     ):
@@ -292,7 +267,7 @@ def _records(study: Study, report: dict[str, Any]) -> str:
             number(most, 3),
             number(least, 3),
         ]
-        rows += _row([_text(row["file"]), word, *figures], "th")
+        rows += _row([escaped(row["file"]), word, *figures], "th")
     return _section("Error by record", f'<div class="scroll"><table class="numbers">{rows}</table></div>')
 
 
@@ -303,7 +278,7 @@ def _places(report: dict[str, Any]) -> str:
     rows = _heads(["slot of the chain", "number that may wander", "foretold, left out", "how it goes"])
     for place in report["localisation"]:
         share = f"{100 * max(place['explained'], 0.0):.0f} %"
-        rows += _row([_text(place["slot"]), _text(place["knob"]), share, _text(place["path"])], "th")
+        rows += _row([escaped(place["slot"]), escaped(place["knob"]), share, escaped(place["path"])], "th")
     words = (
         "If one number of the chain were free to wander through the records: how much of what the model "
         "leaves (before anything is added) it would foretell on stretches of time left out. The slot at "
@@ -317,13 +292,13 @@ def _excluded(report: dict[str, Any]) -> str:
     parts = ""
     if report["excluded"]:
         rows = "".join(
-            _row([_text(item["name"]), f"{number(item['limit'], 2)} {_text(item['unit'])}"], "th")
+            _row([escaped(item["name"]), f"{number(item['limit'], 2)} {escaped(item['unit'])}"], "th")
             for item in report["excluded"]
             if item["limit"] is not None
         )
         parts += _folded("not seen: how large each may still be (RMS that would have shown)", rows)
     if report["untestable"]:
-        rows = "".join(_row([_text(i["name"]), _text(i["why"])], "th") for i in report["untestable"])
+        rows = "".join(_row([escaped(i["name"]), escaped(i["why"])], "th") for i in report["untestable"])
         parts += _folded("not testable with these records", rows)
     return _section("What it is not", parts) if parts else ""
 
@@ -334,15 +309,15 @@ def _folded(summary: str, rows: str) -> str:
 
 def _audit(report: dict[str, Any]) -> str:
     notes = "".join(
-        _row([_text(item["file"]), _text("; ".join(item["notes"]) or "nothing odd")], "th")
+        _row([escaped(item["file"]), escaped("; ".join(item["notes"]) or "nothing odd")], "th")
         for item in report["audit"]
     )
     files = "".join(
-        _row([_text(item["file"]), f"<small>sha256 {item['sha256'][:16]}</small>"], "th")
+        _row([escaped(item["file"]), f"<small>sha256 {item['sha256'][:16]}</small>"], "th")
         for item in report["inputs"]
     )
     versions = ", ".join(f"{name} {text}" for name, text in report["versions"].items())
-    again = f"<p><small>seed {report['seed']}; {_text(versions)}</small></p>"
+    again = f"<p><small>seed {report['seed']}; {escaped(versions)}</small></p>"
     return _section("Audit of the records", f"<table>{notes}</table>") + _section(
         "To run it again", f"<table>{files}</table>{again}"
     )

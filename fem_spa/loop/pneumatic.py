@@ -3,7 +3,7 @@ is asked.
 
 The base there is the command itself (gain and offset of the pressure sensor refitted), the effects those
 of the input. What is found is held while the output is searched, and kept only where the output is the better
-for it. What the measured pressure shows beyond it, the law's true form, is taken off the output by then.
+for it. What the measured pressure shows beyond the law that was found is taken off the output before that.
 """
 
 from __future__ import annotations

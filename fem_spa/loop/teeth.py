@@ -27,6 +27,9 @@ LEAST_KNOWN = 0.25
 NOISE, SHARP = 0.006, 0.7
 """Noise after the rounding, share of the span, and share of the agreement that it leaves to be asked for."""
 STEPS_OF_TEETH = 0.05
+"""Teeth over the span between two lattices that are tried."""
+AT_ONCE = 256
+"""Lattices whose waves are in memory together."""
 PASSED, LEAST_PASSED = 0.8, 5
 """Travel in a tooth, in steps, from which it was passed through; and how many must have been."""
 GRAIN = 0.1
@@ -49,8 +52,9 @@ def lattice_step(chain: Chain, data: Data) -> float | None:
         if run.train and known.sum() > 8:
             travel = np.abs(np.gradient(prediction[run.part]))
             weight = travel * known * (travel < FASTEST * np.ptp(prediction[data.train]))
-            parts.append((data.output[run.part, 0], weight, prediction[run.part]))
-    weights = np.concatenate([w for _, w, _ in parts])
+            moves = weight > 0.0
+            parts.append((data.output[run.part, 0][moves], weight[moves], prediction[run.part][moves]))
+    weights = np.concatenate([w for _, w, _ in parts]) if parts else np.zeros(0)
     total = float(weights.sum())
     if total <= 0.0:
         return None
@@ -59,9 +63,10 @@ def lattice_step(chain: Chain, data: Data) -> float | None:
     teeth = np.arange(TEETH[0], TEETH[1], STEPS_OF_TEETH) / span
     power = np.zeros(len(teeth))
     for reading, weight, _ in parts:
-        if weight.sum() > 0.0:
-            wave = np.exp(2j * np.pi * np.outer(teeth, reading))
-            power += weight.sum() * np.abs(wave @ weight / weight.sum()) ** 2
+        for begin in range(0, len(teeth) if len(weight) else 0, AT_ONCE):
+            some = slice(begin, begin + AT_ONCE)
+            wave = np.exp(2j * np.pi * np.outer(teeth[some], reading))
+            power[some] += np.abs(wave @ weight) ** 2 / weight.sum()
     agreement = np.sqrt(power / total)
     # noise after the rounding blurs fine steps only: coarse ones must agree the better
     expected = SHARP * np.exp(-2.0 * (np.pi * NOISE * span * teeth) ** 2)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import itertools
 import json
 import os
@@ -20,7 +19,6 @@ from fem_spa import prepare
 from fem_spa.checkpoint import FORMAT
 from fem_spa.cli import main
 from fem_spa.errors import InputError
-from fem_spa.output import files
 from fem_spa.output.claim import Claim, refuse_busy
 from fem_spa.run import run_deck
 from fem_spa.solid.observe import Silent
@@ -215,19 +213,11 @@ def test_ctrl_c_ends_after_the_iteration(whole: dict[str, bytes], name: str, cap
 
 @pytest.mark.parametrize("room", [2, 20, 46])
 def test_a_full_disk_is_one_line_and_loses_nothing(
-    whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, capsys: Any, room: int
+    whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, capsys: Any, full_disk: Any, room: int
 ) -> None:
     """Full from the so-many-th file on: at the beginning, on the way, while the result is written."""
-    made, left = files.tempfile.mkstemp, [room]
-
-    def mkstemp(*words: Any, **more: Any) -> Any:
-        left[0] -= 1
-        if left[0] < 0:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return made(*words, **more)
-
     with monkeypatch.context() as full:
-        full.setattr(files.tempfile, "mkstemp", mkstemp)
+        full_disk(full, room)
         assert main(["solve", "deck.toml", "--out", "out"]) == (2 if room < 3 else 1)
     lines = [line for line in capsys.readouterr().err.splitlines() if "No space" in line]
     assert len(lines) == 1 and "Traceback" not in lines[0]

@@ -72,8 +72,12 @@ def write_case(
     body: Callable[[list[np.ndarray]], list[np.ndarray]],
     seed: int = 1,
     shares: list[np.ndarray] | None = None,
+    chamber: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> tuple[Path, list[Path]]:
-    """A curve model and a record a drive of `body`, which turns the drives into angles in deg."""
+    """A curve model and a record a drive of `body`, which turns the drives into angles in deg.
+
+    `chamber` turns a drive into the share of the pressure that was measured in the chamber.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)
     grid = np.linspace(0.0, 1.2, 60)
@@ -83,10 +87,14 @@ def write_case(
     model.write_text('[model]\nkind = "curve"\nfile = "curve.csv"\n')
     files, shares = [], drives() if shares is None else shares
     for k, (q, angle) in enumerate(zip(shares, body(shares), strict=True)):
-        table = np.column_stack([STEP * np.arange(len(q)), TOP * q, 0.95 * angle + 1.0 + noise(rng, len(q))])
+        columns = {"time [s]": STEP * np.arange(len(q)), "pressure [kPa]": TOP * q}
+        reading = 0.95 * angle + 1.0 + noise(rng, len(q))
+        if chamber is not None:
+            columns["measured pressure [kPa]"] = TOP * (chamber(q) + 0.002 * rng.standard_normal(len(q)))
+        columns["angle [deg]"] = reading
         lines = ["# history: virgin", f"# start: 2026-03-01T10:{5 * k:02d}:00", "# orientation: 0 deg"]
-        lines.append("time [s],pressure [kPa],angle [deg]")
-        lines += [",".join(f"{v:.7g}" for v in row) for row in table]
+        lines.append(",".join(columns))
+        lines += [",".join(f"{v:.7g}" for v in row) for row in zip(*columns.values(), strict=True)]
         files.append(folder / f"run{k}.csv")
         files[-1].write_text("\n".join(lines) + "\n")
     return model, files

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from loop_bench import SPAN, STEP, TOP, curve, noise, rich, write_case
+from loop_bench import SPAN, STEP, curve, rich, write_case
 
 
 def orifice(q: np.ndarray) -> np.ndarray:
@@ -22,27 +22,13 @@ def orifice(q: np.ndarray) -> np.ndarray:
     return out
 
 
-def write_measured(folder: Path) -> tuple[Path, list[Path]]:
-    """An orifice before a curve that bends by a wave of 1.5 %, with the chamber's pressure in the records."""
-    rng = np.random.default_rng(4)
-    model, _ = write_case(folder, lambda shares: [curve(q) for q in shares], shares=rich())
-    files = []
-    for k, q in enumerate(rich()):
-        x = orifice(q)
-        angle = curve(x) - 0.07 * SPAN * np.maximum(x - 0.6, 0.0)
-        y = 0.95 * angle + 1.0 + noise(rng, len(q))
-        p = TOP * (x + 0.002 * rng.standard_normal(len(q)))
-        table = np.column_stack([STEP * np.arange(len(q)), TOP * q, p, y])
-        lines = ["# history: virgin", f"# start: 2026-03-01T10:{5 * k:02d}:00", "# orientation: 0 deg"]
-        lines.append("time [s],pressure [kPa],measured pressure [kPa],angle [deg]")
-        lines += [",".join(f"{v:.7g}" for v in row) for row in table]
-        files.append(folder / f"chamber{k}.csv")
-        files[-1].write_text("\n".join(lines) + "\n")
-    return model, files
+def bent(shares: list[np.ndarray]) -> list[np.ndarray]:
+    """Behind the orifice the curve flattens from 60 % of the pressure on."""
+    return [curve(x) - 0.07 * SPAN * np.maximum(x - 0.6, 0.0) for x in map(orifice, shares)]
 
 
 def test_an_effect_behind_the_valve_is_seen_past_the_valve(tmp_path: Path, diagnosed: Any) -> None:
-    model, files = write_measured(tmp_path)
+    model, files = write_case(tmp_path, bent, 4, rich(), orifice)
     report = diagnosed(model, files, tmp_path / "out")
     names = [e["name"] for e in report["effects"]]
     assert names[0] == "pressure-lag", json.dumps(report["reasons"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 from material_samples import NEEDS_DATA, csv, data_folder
 
 from fem_spa.cli import main
-from fem_spa.output import files
 from materials.card import load_card
 
 L = np.linspace(1.0, 2.5, 41)
@@ -118,7 +116,7 @@ def test_wrong_calls_write_nothing(
 
 @pytest.mark.parametrize("room", [0, 1, 2])
 def test_a_full_disk_leaves_no_part_of_a_file(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, room: int
+    tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch, full_disk: Any, room: int
 ) -> None:
     """Card, picture and page are those of the fit before or of this one, to the last byte."""
     test = csv(tmp_path / "a.csv", {"stretch": L, "nominal stress [MPa]": P})
@@ -127,15 +125,7 @@ def test_a_full_disk_leaves_no_part_of_a_file(
     for law in ("yeoh", "neo-hooke"):
         assert run(capsys, *call, law)[0] == 0
         kept[law] = {path.name: path.read_bytes() for path in out.iterdir()}
-    made, left = files.tempfile.mkstemp, [room]
-
-    def mkstemp(*words: Any, **more: Any) -> Any:
-        left[0] -= 1
-        if left[0] < 0:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return made(*words, **more)
-
-    monkeypatch.setattr(files.tempfile, "mkstemp", mkstemp)
+    full_disk(monkeypatch, room)
     status, _, err = run(capsys, *call, "yeoh")
     assert status == 2 and "No space left" in err and err.count("\n") == 1
     now = {path.name: path.read_bytes() for path in out.iterdir()}
