@@ -15,12 +15,12 @@ import numpy as np
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
-from fem_spa.loop.folds import blocks, by_records
 from fem_spa.loop.form import Freedom, contributions, formed, freedom
+from fem_spa.loop.gates import gates
 from fem_spa.loop.learner import Learned, learn
 from fem_spa.loop.mcs import confidence_set
 from fem_spa.loop.noise import Noise, Whitener, between, fit_noise, repeating
-from fem_spa.loop.placebo import OF_THE_SESSION, as_good_elsewhere
+from fem_spa.loop.placebo import OF_THE_SESSION
 from fem_spa.loop.screen import base_columns
 from fem_spa.loop.search import FoldErrors, Found, Trial, fold_errors, several_records
 
@@ -49,15 +49,11 @@ STEP_REST = 0.45
 USUAL_COLOURED = 0.005
 """Share of the span: coloured noise beyond this is suspected to be structure."""
 LEAST_VISIBLE = 0.003
-"""Share of the span below which a change of the prediction is not worth a name."""
-STEP_VISIBLE = 0.004
-"""The same for one more effect."""
+"""Share of the span below which a change of the prediction by an effect is not worth a name."""
 LARGEST_WITHIN = 0.01
 """Share of the span above which what is left within records, their own offset and gain aside, is no noise."""
 LEAST_OF_BOTH = 0.5
 """What the whitened and the plain share must each reach."""
-CARRIED_OVER = 0.5
-"""Share of the fitted gain that must be there on records left out."""
 MCS_LEVEL = 0.1
 """Of the model confidence set."""
 LARGEST_NOISE = 0.025
@@ -149,11 +145,7 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     if best.share < _enough(best) or best.least < LEAST_OF_BOTH or not best.trial.names:
         words = (f"the best set explains {100 * max(best.share, 0):.0f} % of what is predictable",)
         return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, words)
-    own = Whitener(data, noise, level, runs)
-    session = any(EFFECTS[n].memory in OF_THE_SESSION for n in best.trial.names)
-    parts = blocks(data) if session else None
-    errors_best, errors_base = (fold_errors(t, data, own, parts) for t in (best.trial, found.base))
-    reasons = gates(best, errors_best, errors_base, own)
+    reasons = gates(best.trial, found.base, Whitener(data, noise, level, runs))
     if reasons:
         return Decision("unexplained", (), {}, scored, best.share, left, True, learned, noise, best, reasons)
     rivals = {name: _rivals(name, best, scored, data, seed) for name in best.trial.names}
@@ -366,12 +358,13 @@ def _needed(
     matters."""
     if best.trial.cost - top.trial.cost < found.limit + 10.0 or not _each_needed(top, scored):
         return False
-    if not best.trial.names:
-        return True
+    more = set(top.trial.names) - set(best.trial.names)
+    if not any(_in_the_session(n) for n in more) and top.share - best.share < STEP_FORM**2:
+        return False
     rows = data.train & data.known
     extent = float(np.max(np.ptp(level[rows], axis=0))) or 1.0
     parts = contributions(top.trial.fit.chain, data)
-    return float(parts.min()) >= max(STEP_VISIBLE * extent, STEP_FORM * float(parts.max()))
+    return float(parts.min()) >= max(LEAST_VISIBLE * extent, STEP_FORM * float(parts.max()))
 
 
 def _one_class(names: Sequence[str]) -> bool:
@@ -380,13 +373,24 @@ def _one_class(names: Sequence[str]) -> bool:
 
 
 def _each_needed(top: Scored, scored: Sequence[Scored]) -> bool:
-    """Whether the set loses enough when any of its effects is taken away."""
+    """Whether the set loses enough when any of its effects is taken away and the others take over what they
+    can."""
     for name in top.trial.names:
-        kept = tuple(n for n in top.trial.names if n != name)
-        without = [s for s in scored if set(s.trial.names) == set(kept)]
-        if any(s.trial.cost - top.trial.cost < 20.0 for s in without):
+        kept = set(top.trial.names) - {name}
+        without = next((s for s in scored if set(s.trial.names) == kept), None)
+        if without is None:
+            continue
+        if without.trial.cost - top.trial.cost < 20.0:
+            return False
+        if not _in_the_session(name) and top.share - without.share < STEP_FORM**2:
             return False
     return True
+
+
+def _in_the_session(name: str) -> bool:
+    """Whether an effect changes little within a record, so that the shares, measured there, tell little of
+    it."""
+    return EFFECTS[name].memory in OF_THE_SESSION
 
 
 def _rivals(name: str, best: Scored, scored: Sequence[Scored], data: Data, seed: int) -> list[str]:
@@ -414,32 +418,3 @@ def _rivals(name: str, best: Scored, scored: Sequence[Scored], data: Data, seed:
         for mate in EFFECTS[name].classmates:
             found.setdefault(mate, 0.0)
     return sorted(found, key=lambda r: -found[r])
-
-
-def gates(best: Scored, errors: FoldErrors, base: FoldErrors, whiten: Whitener) -> tuple[str, ...]:
-    """What the set must pass besides its share; the reasons where it does not.
-
-    Parameters
-    ----------
-    errors, base : of the set and of the base alone, records' own offsets and gains as large as they are
-    """
-    failed = []
-    data = whiten.data
-    # a record that alone shows an effect cannot be predicted from the others, and is no judge of it
-    better = base.left_out - errors.left_out
-    judged = errors.leverage < 0.7
-    if by_records(data) and judged.any():
-        gained = float((base.fitted - errors.fitted)[judged].sum())
-        if better[judged].sum() < CARRIED_OVER * max(gained, 0.0) - 4.0 * errors.parameters:
-            failed.append("what is gained in the fit is not there on records left out of it")
-    chain = best.trial.fit.chain
-    for effect, theta in zip(chain.effects, chain.thetas, strict=True):
-        amplitudes = effect.amplitudes
-        if not (theta[amplitudes] > 1e-6).any():
-            failed.append(f"{effect.name} is fitted as nothing")
-    if not failed:
-        failed = [
-            f"{name} does as well with the history of other records or moments"
-            for name in as_good_elsewhere(chain, data, whiten)
-        ]
-    return tuple(failed)

@@ -11,6 +11,7 @@ from fem_spa.loop.compose import Chain
 from fem_spa.loop.deck_forms import STRUCTURAL, Solved, Work, deck_word, mean_square
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.fit import polished
+from fem_spa.loop.gates import gates
 from fem_spa.loop.model_file import Source
 
 if TYPE_CHECKING:
@@ -75,10 +76,15 @@ def _explaining(word: Word, share: float) -> Word:
 
 
 def _after_all(work: Work, before: Chain, decision: Decision, found: Found) -> Word:
-    """What blocks do not explain, but the deck does: the best set's block may be too rough a stand-in."""
+    """What blocks do not explain, but the deck does: the best set's block may be too rough a stand-in.
+
+    Rough or not, it must be there on records left out and do worse with the history of others.
+    """
     plain = Word(before, work.source, decision)
     names = decision.best.trial.names
     if decision.verdict != "unexplained" or not {*names} & {*STRUCTURAL}:
+        return plain
+    if gates(decision.best.trial, found.base, work.whiten):
         return plain
     rivals = {n: [r for r in EFFECTS[n].classmates if _trial(found, names, n, r) is not None] for n in names}
     verdict = "ambiguous" if work.provisional else "attributed"

@@ -1,8 +1,7 @@
 """Fits: bounded least squares on whitened rows, the linear parameters (gain, offsets) projected out inside.
 
 Variable projection after Golub and Pereyra (1973); the delay-like parameters are started from several
-values by
-the screen, as their cost has more than one valley.
+values by the screen, as their cost has more than one valley.
 """
 
 from __future__ import annotations
@@ -17,6 +16,10 @@ from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.effect import Effect
 from fem_spa.loop.noise import Noise, Whitener
+
+LEAST_AMPLITUDE = 0.02
+"""Deviations that a typical amplitude costs. What records do not show, since an offset does the same, goes to
+nothing; what they show is not moved."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,8 @@ def fit(
             np.full(len(base.low), 0.3),
         ]
     )
+    shown = np.concatenate([*[e.amplitudes for e in effects], np.zeros(len(base.low), bool)])
+    weights = LEAST_AMPLITUDE / typical[shown]
     margin = 1e-7 * (high - low)
     x0 = np.clip(np.concatenate([*starts, base.values]), low + margin, high - margin)
     splits = np.cumsum(sizes)
@@ -126,7 +131,7 @@ def fit(
         def short(x: np.ndarray) -> np.ndarray:
             if last and np.array_equal(last[0], x):
                 return last[1]
-            last[:] = [x.copy(), residual(x)[keep]]
+            last[:] = [x.copy(), np.concatenate([residual(x)[keep], weights * x[shown]])]
             return last[1]
 
         def slope(x: np.ndarray) -> np.ndarray:

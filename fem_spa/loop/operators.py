@@ -153,6 +153,29 @@ def play(data: Data, signal: np.ndarray, radius: float, rest: float = 0.0) -> np
     return out
 
 
+def sliding(data: Data, signal: np.ndarray, slope: float, limit: np.ndarray, rest: float) -> np.ndarray:
+    """(n,) force of a spring that slides where it reaches its limit.
+
+    Parameters
+    ----------
+    slope : force over the way of the (n,) signal
+    limit : (n,) of the force at every row
+    rest : the same where the signal is zero, between records
+    """
+    out = np.empty_like(signal)
+    force = 0.0
+    for run in data.runs:
+        x, most = signal[run.part], limit[run.part]
+        piece, last = np.empty_like(x), 0.0
+        # from zero to the first row, too, it may slide
+        for a, b in itertools.pairwise(np.unique(np.append(turns(x), 1))):
+            piece[a:b] = np.clip(force + slope * (x[a:b] - last), -most[a:b], most[a:b])
+            force, last = float(piece[b - 1]), float(x[b - 1])
+        out[run.part] = piece
+        force = min(max(force - slope * last, -rest), rest)
+    return out
+
+
 def running_max(data: Data, signal: np.ndarray, start: float = 0.0) -> np.ndarray:
     """(n,) largest value so far, over all records."""
     return np.asarray(np.maximum(np.maximum.accumulate(signal), start))

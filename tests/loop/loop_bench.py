@@ -148,3 +148,19 @@ def creeping(shares: list[np.ndarray]) -> list[np.ndarray]:
         late = np.log1p(STEP * np.arange(len(q)) / 0.5)
         out.append(curve(q) + 0.03 * SPAN * np.convolve(np.diff(q, prepend=0.0), late)[: len(q)])
     return out
+
+
+def rubbing(shares: list[np.ndarray]) -> list[np.ndarray]:
+    """Angles with bristles on a wall (Bliman, Sorine), whose force nears a limit that grows with the angle."""
+    out = []
+    for q in shares:
+        y = curve(q)
+        z, held = 0.0, np.zeros(len(y))
+        for k in range(1, len(y)):
+            limit = 0.02 * SPAN + 0.1 * y[k]
+            for _ in range(8):
+                d = (y[k] - y[k - 1]) / 8
+                z += 1.3 * (d - abs(d) * z / limit)
+            held[k] = z
+        out.append(y - held)
+    return out

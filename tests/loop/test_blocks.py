@@ -13,7 +13,7 @@ from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.experiment import WHAT
 from fem_spa.loop.model_file import read_source
 from fem_spa.loop.noise import Noise, Whitener, fit_noise
-from fem_spa.loop.operators import _lag, lag_up_down, lowpass, play
+from fem_spa.loop.operators import _lag, lag_up_down, lowpass, play, sliding
 from fem_spa.loop.prepare import Case, prepare
 from fem_spa.loop.records import read_records
 from fem_spa.loop.split import split
@@ -67,6 +67,25 @@ def test_lag_is_the_closed_form_on_a_ramp(case: Case) -> None:
     assert lowpass(fresh, t, tau) == pytest.approx(t - tau * (1.0 - np.exp(-t / tau)), abs=1e-9)
     alone = np.concatenate([_lag(t[r.part], r.step, tau, np.zeros(())) for r in data.runs])
     assert lowpass(fresh, t, tau) == pytest.approx(alone, abs=1e-12)
+
+
+def test_a_sliding_spring_is_a_stop_or_its_closed_form(case: Case) -> None:
+    """Limit constant: what a play leaves. Limit growing with the load: plateaus as long as the limits say."""
+    data = case.data
+    q = data.pressure[:, 0] / data.pressure.max()
+    same = sliding(data, q, 1.0, np.full(len(q), 0.07), 0.07)
+    assert same == pytest.approx(q - play(data, q, 0.07), abs=1e-12)
+    run = data.runs[0]
+    n = run.part.stop
+    rise = np.linspace(0.0, 1.0, n - n // 2)
+    load = np.concatenate([rise, np.linspace(1.0, 0.0, n // 2)])
+    alone = replace(data, runs=(run,))
+    force = sliding(alone, load, 2.0, 0.01 + 0.1 * load, 0.01)
+    # falls from +0.11 at 2 a unit until it meets -(0.01 + 0.1 x): 0.11 - 2 (1 - x) = -0.01 - 0.1 x
+    meets = 1.88 / 2.1
+    expected = np.where(load > meets, 0.11 - 2.0 * (1.0 - load), -0.01 - 0.1 * load)
+    assert force[len(rise) :] == pytest.approx(expected[len(rise) :], abs=1e-12)
+    assert force[: len(rise)] == pytest.approx(np.minimum(2.0 * rise, 0.01 + 0.1 * rise), abs=1e-12)
 
 
 def test_what_happened_before_a_short_gap_is_remembered(case: Case) -> None:

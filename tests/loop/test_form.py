@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from loop_bench import curve, duhem, write_case
+from loop_bench import curve, duhem, rubbing, write_case
 
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
@@ -79,3 +80,12 @@ def test_directions_that_show_nothing_are_left_alone(tmp_path: Path) -> None:
         np.concatenate([given.columns, nothing], axis=2), np.append(given.sizes, [0.0, 1.0]), given.residual
     )
     assert formed(more, whiten).left == pytest.approx(formed(given, whiten).left, rel=1e-6)
+
+
+def test_rubbing_is_one_effect(tmp_path: Path, diagnosed: Any) -> None:
+    """Bristles let go one after the other, held the more the larger the load: no lag, no bend beside them."""
+    model, files = write_case(tmp_path, rubbing, 2)
+    report = diagnosed(model, files, tmp_path / "out")
+    assert [e["name"] for e in report["effects"]] == ["friction"], report["reasons"]
+    held = report["error"]["heldout"]
+    assert held["after"] < 0.1 * held["before"]

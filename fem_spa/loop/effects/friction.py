@@ -3,19 +3,27 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param
-from fem_spa.loop.operators import play
+from fem_spa.loop.operators import sliding
+
+QUARTERS = (-1.150, -0.319, 0.319, 1.150)
+"""Normal deviates in the middle of four equal parts of all places that rub."""
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """s -> s - (stick + rub |s|) times the held-back share, +1 moving up, -1 down, turning within `way`."""
-    stick, rub, way = theta
+    """s -> s - the mean of what sticking places hold back: each `hold` of the motion, up to stick + rub |s|.
+
+    Places let go one after the other (Iwan, Journal of Applied Mechanics 33, 893, 1966): each holds `hold`
+    times a log-normal number, of the deviation `spread`.
+    """
+    stick, rub, hold, spread = theta
     if stick == 0.0 and rub == 0.0:
         return response
     s = ctx.share(response)
     out = s.copy()
+    holds = hold * np.exp(spread * np.array(QUARTERS)) if spread > 0.0 else np.array([hold])
     for j in range(s.shape[1]):
-        held = (s[:, j] - play(ctx.data, s[:, j], way)) / way
-        out[:, j] -= (stick + rub * np.abs(s[:, j])) * held
+        limit = stick + rub * np.abs(s[:, j])
+        out[:, j] -= sum(sliding(ctx.data, s[:, j], h, limit, stick) for h in holds) / len(holds)
     return np.asarray(ctx.rest + ctx.scale * out)
 
 
@@ -28,11 +36,12 @@ EFFECT = Effect(
     parameters=(
         Param("stick", 0.0, 1.0, 0.02, "of span", True),
         Param("rub", 0.0, 1.0, 0.02, "", True),
-        Param("way", 0.004, 0.2, 0.02, "of span"),
+        Param("hold", 0.1, 3.0, 0.7),
+        Param("spread", 0.0, 1.5, 0.5),
     ),
     apply=apply,
     starts=lambda ctx: [
-        [np.array([0.02, 0.0, way]), np.array([0.0, 0.02, way])] for way in (0.008, 0.025, 0.07)
+        [np.array([0.02, 0.0, hold, 0.5]), np.array([0.0, 0.02, hold, 0.5])] for hold in (0.3, 0.8, 2.0)
     ],
     classmates=("hysteresis", "dead-band"),
     experiment="rates",
