@@ -151,7 +151,7 @@ def creeping(shares: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def rubbing(shares: list[np.ndarray]) -> list[np.ndarray]:
-    """Angles with bristles on a wall (Bliman, Sorine): their force nears a limit, which grows with the angle."""
+    """Angles with bristles on a wall (Bliman, Sorine): their force nears a limit that grows with it."""
     out = []
     for q in shares:
         y = curve(q)
