@@ -8,6 +8,9 @@ tube goes straight, as high as the joint, and ends solid (where the paper presse
 outer joints can open about half as far as the others, and without a layer the whole extends about straight.
 The limiting layer, of the same rubber and part of the volume `body`, lies under the joints at z = 0.
 
+No air inlet is drawn: it goes through the end at x = 0, which is solid and held, and a pressure on the whole
+wall of a closed cavity is the load that the inlet brings. A hole there would change nothing that moves.
+
 Printed: length 134, width 16, height 13, chamber wall 0.6, fold angle 45 deg, layer 0.5 to 2 mm, 13 g.
 Not printed, chosen: 22 chambers, 5.5 mm wide along x, and ends of 4 + 3.77 mm, which make the printed
 length. T2 and T6 are in a figure that is not at hand: write them as a pattern.
