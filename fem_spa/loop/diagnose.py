@@ -12,24 +12,25 @@ import numpy as np
 
 from fem_spa.errors import InputError
 from fem_spa.loop.audit import insufficient, remarks, stranger
-from fem_spa.loop.certificate import Certificate, certificate
+from fem_spa.loop.certificate import Certificate, certificate, limits
 from fem_spa.loop.compose import Chain, around
-from fem_spa.loop.decide import Decision, decide
+from fem_spa.loop.data import Data
+from fem_spa.loop.decide import LEAST_SHARE, Decision, decide
 from fem_spa.loop.deck_forms import Solved, Work
 from fem_spa.loop.deck_word import beaten, in_the_deck, in_the_deck_parameters, table_of, used
 from fem_spa.loop.effects.effect import Effect
-from fem_spa.loop.effects.quantisation import EFFECT as QUANTISATION
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.fit import polished
+from fem_spa.loop.form import form_share, freedom
 from fem_spa.loop.intervals import shown_parameters
-from fem_spa.loop.lattice import lattice_theta
+from fem_spa.loop.lattice import quantised
 from fem_spa.loop.learner import learn
 from fem_spa.loop.localise import Place, localise, place_table, place_words
 from fem_spa.loop.model_file import Source, read_source, source_tables
 from fem_spa.loop.noise import Whitener
 from fem_spa.loop.physical import forms, last_word
 from fem_spa.loop.pneumatic import SETTLED_BY_PRESSURE, Pneumatics, beyond, pneumatics
-from fem_spa.loop.prepare import Case, base_for, before, outputs_of, prepare, train_runs
+from fem_spa.loop.prepare import Case, base_for, before, outputs_of, own_chain, prepare, train_runs
 from fem_spa.loop.records import NoTime, Record, read_records
 from fem_spa.loop.repeats import repeat_floor
 from fem_spa.loop.report_json import (
@@ -51,8 +52,8 @@ from fem_spa.output.files import write_whole
 from fem_spa.output.toml import to_toml
 
 ALIKE = 0.01
-"""Share by which a rival that explains less loses a factor e of its weight: calibrated on 32 cases of the
-benchmark (seeds 801, 803), whose first names were right as often as their probability said."""
+"""Share by which a rival that explains less loses a factor e of its weight: set on 32 cases of the benchmark
+(seeds 801, 803); how often names of a probability were right since: docs/loop.md."""
 LEAST_OTHER = 0.09
 """Weight of "none of these" beside a set that explains everything that is predictable."""
 
@@ -77,6 +78,7 @@ class Study:
     pneumatics: Pneumatics | None
     after: Chain
     certificate: Certificate
+    limits: dict[str, float]
     untestable: dict[str, str]
     before_rows: list[np.ndarray]
     after_rows: list[np.ndarray]
@@ -187,8 +189,11 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
     smooth = None if step is None else without_teeth(inner, moved, step)
     searched, step = (moved, None) if smooth is None else (smooth, step)
     found = search(inner, searched, effects, seed, say)
+    report_card = certificate(found.atoms, searched, train_runs(searched), [e.name for e in effects])
     say("deciding")
     decision = decide(inner, searched, found, parted.provisional, seed)
+    if source.effects and decision.verdict not in ("none", "insufficient"):
+        decision = _of_the_model(decision, own_chain(source, chain, searched), searched)
     best = decision.best.trial.fit.chain
     after = last_word(polished(best, data), data) if decision.chosen else polished(inner, data)
     if decision.chosen and _mean_square(after, data) > 1.02 * _mean_square(inner, data):
@@ -207,14 +212,17 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
         work = Work(source, data, case.full, whiten, parted.provisional)
         word = in_the_deck(work, chain, after, decision, found)
         after, source, decision, again = word.chain, word.source, word.decision, word.told
-    decision, after = _quantised(decision, after, case, step)
+    decision, after = quantised(decision, after, case, step)
     if decision.verdict == "none":
         residual = data.output - chain.predict(data)
         rows = data.train & data.known
         share = float(np.sqrt(np.mean(residual[rows] ** 2)) / np.max(np.ptp(data.output[rows], axis=0)))
         if share > LEAST_TONE and periodic(chain.context(data), residual) is not None:
             decision = replace(decision, verdict="unexplained", detected=True)
-    report_card = certificate(found.atoms, whiten, found.limit, [e.name for e in effects])
+    named = [best] if decision.chosen else []
+    named += [own_chain(source, chain, searched)] if source.effects else []
+    free = [freedom(c, searched) for c in named]
+    seen_from = limits(found.atoms, replace(whiten, data=searched), found.limit, report_card.names, free)
     floor = _floor(after, data, whiten)
     full = case.full
     rows = [_at(case, c.predict(full)) for c in (chain, after)]
@@ -227,6 +235,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
         air if held is not None else None,
         after,
         report_card,
+        seen_from,
         untestable,
         rows[0],
         rows[1],
@@ -234,6 +243,17 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
         [] if decision.verdict == "none" else localise(chain, data),
         again,
     )
+
+
+def _of_the_model(decision: Decision, own: Chain, data: Data) -> Decision:
+    """None where what is left is no more than another form of the laws that the model has already."""
+    plain = own.response(data, own.thetas, own.base.values)
+    whiten = Whitener(data, decision.noise, own.gain * (plain - own.rest), train_runs(data))
+    if form_share(own, data, whiten, float(decision.learned.after.sum())) < LEAST_SHARE:
+        return decision
+    names = " and ".join(e.name for e in own.effects)
+    words = f"what is left is no more than another form of the law of {names}, which the model has already"
+    return replace(decision, verdict="none", chosen=(), rivals={}, detected=False, reasons=(words,))
 
 
 def _better(chain: Chain, inner: Chain, data: Any) -> bool:
@@ -256,34 +276,6 @@ def _joined(decision: Decision, air: Pneumatics, provisional: bool) -> Decision:
     odd = any(r not in EFFECTS[n].classmates for n, rs in rivals.items() for r in rs)
     verdict = "ambiguous" if odd or provisional else "attributed"
     return replace(decision, verdict=verdict, chosen=chosen, rivals=rivals, detected=True)
-
-
-def _quantised(decision: Decision, after: Chain, case: Case, step: float | None) -> tuple[Decision, Chain]:
-    """Quantisation on top of what was found, or in its place where the lattice alone explains as much.
-
-    `step`: SI, of the lattice that the readings are known to stand on.
-    """
-    rows = case.full.train & case.full.known
-
-    def size(chain: Chain) -> float:
-        return float(np.sqrt(np.mean((case.full.output - chain.predict(case.full))[rows] ** 2)))
-
-    for chain, chosen in ((case.chain, ()), (after, decision.chosen)):
-        theta = lattice_theta(chain, case.full)
-        if theta is None and chosen == decision.chosen and decision.verdict != "unexplained":
-            theta = lattice_theta(chain, case.full, step) if step is not None else None
-        if theta is None:
-            continue
-        rounded = chain.with_effects((*chain.effects, QUANTISATION), (*chain.thetas, theta))
-        if not chosen and decision.chosen and size(rounded) > 1.1 * size(after):
-            continue
-        rivals = {n: decision.rivals.get(n, []) for n in chosen}
-        verdict = decision.verdict if chosen else "attributed"
-        done = replace(
-            decision, verdict=verdict, chosen=(*chosen, "quantisation"), rivals=rivals, detected=True
-        )
-        return done, rounded
-    return decision, after
 
 
 def _floor(after: Chain, data: Any, whiten: Whitener) -> np.ndarray:
@@ -321,8 +313,8 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
         "reference learner on top of what is reported",
     )
     excluded = [
-        {"name": n, "limit": float(limit) / sizes, "unit": records[0].units[names[0]]}
-        for n, limit in zip(study.certificate.names, study.certificate.limit, strict=True)
+        {"name": n, "limit": limit / sizes, "unit": records[0].units[names[0]]}
+        for n, limit in study.limits.items()
         if n not in d.chosen and not any(n in r for r in d.rivals.values()) and d.verdict != "unexplained"
     ]
     words = ""

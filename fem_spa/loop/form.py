@@ -163,3 +163,16 @@ def formed(given: Freedom, whiten: Whitener) -> Formed:
         solve(inner / np.outer(size, size) + 1e-10 * np.eye(len(size)), right / size, assume_a="pos") / size
     )
     return Formed(float(gram[-1, -1] - right @ move), given.residual - given.columns @ (move / scale))
+
+
+def form_share(chain: Chain, data: Data, whiten: Whitener, floor: float) -> float:
+    """Share of the predictable squares that other forms of the chain's own effects take, its base refitted.
+
+    Parameters
+    ----------
+    floor : squares that nothing predicts
+    """
+    given = freedom(chain, data)
+    own = base_columns(chain, data, chain.response(data, chain.thetas, chain.base.values))
+    whole = formed(Freedom(own, np.zeros(0), given.residual), whiten).left
+    return (whole - formed(given, whiten).left) / max(whole - floor, 1e-300)

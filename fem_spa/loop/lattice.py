@@ -3,11 +3,15 @@ it closer."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
+from fem_spa.loop.decide import Decision
 from fem_spa.loop.effects.quantisation import EFFECT
+from fem_spa.loop.prepare import Case
 
 TEETH = (4.0, 160.0)
 """Teeth of the saw over the span, fewest and most, that are looked for."""
@@ -113,3 +117,31 @@ def _refined(share: np.ndarray, residual: np.ndarray, step: float) -> np.ndarray
             if left < best:
                 best, found = left, np.array([size, phase])
     return found
+
+
+def quantised(decision: Decision, after: Chain, case: Case, step: float | None) -> tuple[Decision, Chain]:
+    """Quantisation on top of what was found, or in its place where the lattice alone explains as much.
+
+    `step`: SI, of the lattice that the readings are known to stand on.
+    """
+    rows = case.full.train & case.full.known
+
+    def size(chain: Chain) -> float:
+        return float(np.sqrt(np.mean((case.full.output - chain.predict(case.full))[rows] ** 2)))
+
+    for chain, chosen in ((case.chain, ()), (after, decision.chosen)):
+        theta = lattice_theta(chain, case.full)
+        if theta is None and chosen == decision.chosen and decision.verdict != "unexplained":
+            theta = lattice_theta(chain, case.full, step) if step is not None else None
+        if theta is None:
+            continue
+        rounded = chain.with_effects((*chain.effects, EFFECT), (*chain.thetas, theta))
+        if not chosen and decision.chosen and size(rounded) > 1.1 * size(after):
+            continue
+        rivals = {n: decision.rivals.get(n, []) for n in chosen}
+        verdict = decision.verdict if chosen else "attributed"
+        done = replace(
+            decision, verdict=verdict, chosen=(*chosen, "quantisation"), rivals=rivals, detected=True
+        )
+        return done, rounded
+    return decision, after

@@ -108,10 +108,20 @@ def _theta(path: Path, name: str, table: Any) -> np.ndarray:
         raise InputError(f"model {path}: unknown effect '{name}'; known are {', '.join(EFFECTS)}")
     effect = EFFECTS[name]
     values = []
-    wrong = sorted(set(table) - {p.name for p in effect.parameters}) if isinstance(table, Mapping) else ["?"]
+    known = ", ".join(p.name for p in effect.parameters)
+    if not isinstance(table, Mapping):
+        raise InputError(f"model {path}: effects.{name} = {table!r}; a table is needed, with {known}")
+    wrong = sorted(set(table) - {p.name for p in effect.parameters})
     if wrong:
-        raise InputError(f"model {path}, effects.{name}: unknown key '{wrong[0]}'")
+        raise InputError(
+            f"model {path}, effects.{name}: unknown key '{wrong[0]}'; known are {known}. A file of another "
+            "version: run diagnose on the first model again"
+        )
     for parameter, null in zip(effect.parameters, effect.null, strict=True):
+        if parameter.name not in table and not parameter.amplitude and null != 0.0:
+            raise InputError(
+                f"model {path}, effects.{name}: '{parameter.name}' is missing; needed are {known}"
+            )
         value = table.get(parameter.name, float(null))
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise InputError(f"model {path}, effects.{name}.{parameter.name}: a plain number is needed")
@@ -129,16 +139,26 @@ def _scales(path: Path, table: Any, outputs: int) -> dict[str, Any]:
     needed = ("pressure", "response", "rest", "cycles", "seconds")
     if not isinstance(table, Mapping) or set(table) != set(needed):
         raise InputError(f"model {path}: effects need a table [scales] with {', '.join(needed)}")
-    lists = [np.asarray(table[key], float).ravel() for key in ("response", "rest")]
-    if any(len(values) != outputs for values in lists):
-        raise InputError(f"model {path}, scales: {outputs} number(s) are needed for response and for rest")
+    lists = [_numbers(path, key, table[key], outputs) for key in ("response", "rest")]
+    spans = [_numbers(path, key, table[key], 1)[0] for key in ("cycles", "seconds")]
+    if np.any(lists[0] == 0.0) or min(spans) <= 0.0:
+        raise InputError(f"model {path}, scales: response may not be 0, cycles and seconds must be above 0")
     return {
         "scale": lists[0],
         "rest": lists[1],
         "p_max": quantity(table["pressure"], "Pa", "scales.pressure", positive=True),
-        "cycles": float(table["cycles"]),
-        "seconds": float(table["seconds"]),
+        "cycles": float(spans[0]),
+        "seconds": float(spans[1]),
     }
+
+
+def _numbers(path: Path, key: str, given: Any, count: int) -> np.ndarray:
+    """(count,) finite numbers of [scales]."""
+    values = given if isinstance(given, list) else [given]
+    plain = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values)
+    if len(values) != count or not plain or not np.isfinite(np.asarray(values, float)).all():
+        raise InputError(f"model {path}, scales: {key} = {given!r}; {count} plain number(s) are needed")
+    return np.asarray(values, float)
 
 
 def source_tables(source: Source, chain: Chain, out: Path) -> dict[str, Any]:

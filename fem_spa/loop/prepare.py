@@ -81,10 +81,18 @@ def outputs_of(model: ReducedModel, records: Sequence[Record]) -> list[str]:
 def base_for(source: Source, names: Sequence[str], data: Data) -> Base:
     """The base, prepared for the pressures of the records, with the effects that its file brought around
     it."""
-    base = base_of(source.model, names, data.pressure.min(axis=0), data.pressure.max(axis=0))
-    if not source.effects:
-        return base
-    return around(source.chain(base))
+    base = _plain(source, names, data)
+    return around(source.chain(base)) if source.effects else base
+
+
+def own_chain(source: Source, chain: Chain, data: Data) -> Chain:
+    """The effects that the model's file brought as blocks, in place of a refitted `chain` around them."""
+    base = _plain(source, chain.base.names, data).with_values(chain.base.values)
+    return replace(source.chain(base), gain=chain.gain, offset=chain.offset)
+
+
+def _plain(source: Source, names: Sequence[str], data: Data) -> Base:
+    return base_of(source.model, names, data.pressure.min(axis=0), data.pressure.max(axis=0))
 
 
 def before(base: Base, data: Data) -> Chain:

@@ -6,6 +6,7 @@ import hashlib
 import importlib.metadata
 import math
 import platform
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -117,10 +118,26 @@ def versions() -> dict[str, str]:
 
 
 def inputs(paths: Sequence[Path]) -> list[dict[str, str]]:
-    """Base names and hashes of everything that was read."""
-    return [
-        {"file": p.name, "sha256": hashlib.sha256(p.read_bytes()).hexdigest()} for p in paths if p.is_file()
-    ]
+    """Base names and hashes of everything that was read, what model and deck name included."""
+    every = dict.fromkeys(q for p in paths if p.is_file() for q in (p, *_named_in(p)))
+    return [{"file": p.name, "sha256": hashlib.sha256(p.read_bytes()).hexdigest()} for p in every]
+
+
+def _named_in(path: Path) -> list[Path]:
+    """Files beside a TOML file whose names stand in it, and in those."""
+    if path.suffix != ".toml":
+        return []
+    waiting: list[Any] = [tomllib.loads(path.read_text(encoding="utf-8"))]
+    found: list[Path] = []
+    while waiting:
+        item = waiting.pop()
+        if isinstance(item, (Mapping, list)):
+            waiting += [*item.values()] if isinstance(item, Mapping) else item
+        elif isinstance(item, str) and 0 < len(item) < 250 and "\0" not in item:
+            file = path.parent / item
+            if file.is_file() and file not in found:
+                found += [file, *_named_in(file)]
+    return found
 
 
 def clean(value: Any) -> Any:

@@ -21,7 +21,7 @@ class Split:
     ----------
     extrapolating : name of the held-out record that goes furthest beyond the others, None if given by
     the user
-    provisional : whether one record was cut into a training and a held-out part
+    provisional : whether all is fitted to one record, of which the last third may be held out
     """
 
     records: tuple[Record, ...]
@@ -43,7 +43,7 @@ def split(records: Sequence[Record], holdout: Sequence[Path], seed: int) -> Spli
         train = tuple(r.path.resolve() not in wanted for r in records)
         if not any(train):
             raise InputError("given every record for --holdout; at least one is needed to fit")
-        return Split(tuple(records), train, None, False)
+        return Split(tuple(records), train, None, sum(train) == 1)
     if len(records) == 1:
         return _cut(records[0])
     count = max(1, round(len(records) / 3))
@@ -52,9 +52,8 @@ def split(records: Sequence[Record], holdout: Sequence[Path], seed: int) -> Spli
     rng = np.random.default_rng(seed)
     others = [i for i in range(len(records)) if i != furthest]
     chosen = {furthest, *(int(i) for i in rng.permutation(others)[: count - 1])}
-    return Split(
-        tuple(records), tuple(i not in chosen for i in range(len(records))), records[furthest].name, False
-    )
+    train = tuple(i not in chosen for i in range(len(records)))
+    return Split(tuple(records), train, records[furthest].name, sum(train) == 1)
 
 
 def _cut(record: Record) -> Split:

@@ -18,7 +18,9 @@ def sentence(report: dict[str, Any]) -> str:
         effects=effects or "an effect", rivals=", ".join(dict.fromkeys(rivals)) or "others", why=""
     )
     if report["verdict"] == "ambiguous" and not rivals:
-        return f"The records are consistent with {effects}; provisional: there was one record only."
+        return f"The records are consistent with {effects}; provisional: there was one record only to fit."
+    if report["verdict"] == "none" and report["reasons"]:
+        return f"Nothing to add: {report['reasons'][0]}."
     if report["verdict"] == "attributed" and rivals:
         text += f" One output alone cannot tell it from {', '.join(dict.fromkeys(rivals))}."
     return text

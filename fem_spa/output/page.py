@@ -1,4 +1,4 @@
-"""What the pages of solve, sweep and calibrate have in common: shell, tiles, facts, notes, pictures."""
+"""What the pages of all commands have in common: shell, tiles, facts, notes, pictures."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from loop_bench import curve, duhem, rubbing, write_case
 
+from fem_spa.loop.certificate import limits
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
@@ -20,6 +21,7 @@ from fem_spa.loop.noise import Whitener, fit_noise
 from fem_spa.loop.placebo import as_good_elsewhere
 from fem_spa.loop.prepare import prepare, train_runs
 from fem_spa.loop.records import read_records
+from fem_spa.loop.screen import make_atoms
 from fem_spa.loop.split import split
 
 Body = Callable[[list[np.ndarray]], list[np.ndarray]]
@@ -89,3 +91,18 @@ def test_rubbing_is_one_effect(tmp_path: Path, diagnosed: Any) -> None:
     assert [e["name"] for e in report["effects"]] == ["friction"], report["reasons"]
     held = report["error"]["heldout"]
     assert held["after"] < 0.1 * held["before"]
+    assert [item["file"] for item in report["inputs"][:2]] == ["model.toml", "curve.csv"]
+    again = diagnosed(tmp_path / "out" / "model_next.toml", files, tmp_path / "again")
+    assert again["verdict"] == "none", "what another law leaves of the effect it has is no effect"
+
+
+def test_what_is_named_hides_its_neighbours(tmp_path: Path) -> None:
+    """A limit is what would have shown beside what is named, which can take over for effects like it."""
+    chain, data, whiten = fitted(tmp_path, duhem)
+    base = chain.with_effects([], [])
+    names = ["friction", "creep", "saturation"]
+    atoms = make_atoms(base, data, [EFFECTS[n] for n in names])
+    alone = limits(atoms, whiten, 15.0, names, [])
+    beside = limits(atoms, whiten, 15.0, names, [freedom(chain, data)])
+    growth = {n: beside[n] / alone[n] for n in names}
+    assert growth["friction"] > 2.0 and growth["friction"] > growth["saturation"] >= 1.0, growth

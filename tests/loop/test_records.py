@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loop_bench import drives, duhem, write_case
 
 from fem_spa.cli import main
 from fem_spa.errors import InputError
 from fem_spa.loop.data import spikes
 from fem_spa.loop.records import NoTime, read_record, read_records
+from fem_spa.loop.split import split
 
 HEAD = "time [s],pressure [kPa],angle [deg]\n"
 
@@ -88,3 +90,14 @@ def test_an_output_without_a_number_is_one_line(tmp_path: Path, capsys: Any) -> 
     empty = write(tmp_path / "b.csv", HEAD + "".join(f"{t},{p},nan\n" for t, p in rows))
     assert main(["diagnose", str(model), str(whole), str(empty), "--out", str(tmp_path / "out")]) == 2
     assert "b.csv: no sample of angle is a number" in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize(("records", "fitted", "provisional"), [(2, 1, True), (3, 2, False)])
+def test_what_is_fitted_to_one_record_is_provisional(
+    tmp_path: Path, records: int, fitted: int, provisional: bool
+) -> None:
+    _, files = write_case(tmp_path, duhem, shares=drives()[:records])
+    parted = split(read_records(files), [], 0)
+    assert (sum(parted.train), parted.provisional) == (fitted, provisional)
+    given = split(read_records(files), files[1:], 0)
+    assert sum(given.train) == 1 and given.provisional

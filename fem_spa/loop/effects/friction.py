@@ -10,10 +10,12 @@ QUARTERS = (-1.150, -0.319, 0.319, 1.150)
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """s -> s - the mean of what sticking places hold back: each `hold` of the motion, up to stick + rub |s|.
+    """s -> s - the mean of what sticking places hold back: springs that slide at stick + rub |s|.
 
-    Places let go one after the other (Iwan, Journal of Applied Mechanics 33, 893, 1966): each holds `hold`
-    times a log-normal number, of the deviation `spread`.
+    A spring of stiffness `hold` (the actuator's own is 1) holds back `hold` of the motion until it slides.
+    Places let go one after the other (Iwan, Journal of Applied Mechanics 33, 893, 1966): their stiffnesses
+    are `hold` times a log-normal number, of the deviation `spread`. Above 1 the output runs on a little after
+    a reversal, as pre-stressed walls that let go do.
     """
     stick, rub, hold, spread = theta
     if stick == 0.0 and rub == 0.0:
@@ -35,9 +37,9 @@ EFFECT = Effect(
     memory="rate-independent",
     parameters=(
         Param("stick", 0.0, 1.0, 0.02, "of span", True),
-        Param("rub", 0.0, 1.0, 0.02, "", True),
-        Param("hold", 0.1, 3.0, 0.7),
-        Param("spread", 0.0, 1.5, 0.5),
+        Param("rub", 0.0, 1.0, 0.02, "of the response", True),
+        Param("hold", 0.1, 3.0, 0.7, "of the actuator's stiffness"),
+        Param("spread", 0.0, 1.5, 0.5, "of the logarithm"),
     ),
     apply=apply,
     starts=lambda ctx: [
