@@ -12,6 +12,10 @@ from fem_spa.loop.records import Record
 
 FEWEST_SAMPLES = 40
 """Training samples below which nothing is claimed."""
+LARGEST_SKEW = 2.0
+"""s within which an output is compared with its pressure."""
+CLEARLY = 0.4
+"""What is left of the mismatch (one less the correlation) where an output that runs ahead is put back."""
 
 
 def remarks(record: Record) -> list[str]:
@@ -39,7 +43,40 @@ def remarks(record: Record) -> list[str]:
         top = float(np.mean(good >= good.max() - 1e-9 * np.ptp(good)))
         if np.ptp(good) > 0.0 and top > 0.03 and lattice is None:
             notes.append(f"{name} stands at its maximum in {100 * top:.0f} % of the samples (saturation?)")
+        early = ahead(record.time, record.pressures, values)
+        if early > 0.0:
+            notes.append(f"{name} runs {early:.2g} s ahead of the pressure: do their clocks differ (skew)?")
     return notes
+
+
+def ahead(time: np.ndarray, pressures: np.ndarray, output: np.ndarray) -> float:
+    """s by which an output comes before its pressure, which no actuator does; 0 where it does not clearly.
+
+    Parameters
+    ----------
+    time : (n,) s, increasing;  pressures : (n, m) Pa;  output : (n,), NaN where it is not known
+    """
+    good = np.isfinite(output)
+    chamber = int(np.argmax(np.ptp(pressures, axis=0)))
+    if good.sum() < FEWEST_SAMPLES or min(np.ptp(pressures[:, chamber]), np.ptp(output[good])) <= 0.0:
+        return 0.0
+    step = float(np.median(np.diff(time)))
+    grid = np.arange(time[0], time[-1], step)
+    p = np.interp(grid, time, pressures[:, chamber])
+    y = np.interp(grid, time[good], output[good])
+    most = min(round(LARGEST_SKEW / step), len(grid) // 4)
+    lags = np.unique(np.linspace(-most, most, min(2 * most + 1, 401)).astype(int))
+    sign = 1.0 if _alike(y, p) >= 0.0 else -1.0
+    alike = [sign * (_alike(y[: len(y) - k], p[k:]) if k >= 0 else _alike(y[-k:], p[:k])) for k in lags]
+    best = int(np.argmax(alike))
+    mismatch = 1.0 - alike[best], 1.0 - sign * _alike(y, p)
+    return float(lags[best] * step) if lags[best] >= 2 and mismatch[0] < CLEARLY * mismatch[1] else 0.0
+
+
+def _alike(a: np.ndarray, b: np.ndarray) -> float:
+    """Correlation."""
+    a, b = a - a.mean(), b - b.mean()
+    return float(a @ b) / max(float(np.sqrt((a @ a) * (b @ b))), 1e-300)
 
 
 def lattice_step(values: np.ndarray) -> float | None:

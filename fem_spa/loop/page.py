@@ -248,7 +248,7 @@ def _records(study: Study, report: dict[str, Any]) -> str:
     unit, span = report["error"]["unit"], report["error"]["span"]
     names = study.after.base.names
     size = unit_size(unit, names[0])
-    heads = ["record", "role", "before", "after", "after, % of range", "largest after", "learner"]
+    heads = ["record", "role", "before", "after", "after, % of range", "largest after", "floor (learner)"]
     rows = _heads([f"{h} [{escaped(unit)}]" if 1 < i != 4 else h for i, h in enumerate(heads)])
     for row, record, after, floor in zip(
         report["error"]["records"], study.case.split.records, study.after_rows, study.floor_rows, strict=True

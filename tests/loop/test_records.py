@@ -12,6 +12,7 @@ from loop_bench import drives, duhem, write_case
 
 from fem_spa.cli import main
 from fem_spa.errors import InputError
+from fem_spa.loop.audit import ahead
 from fem_spa.loop.data import spikes
 from fem_spa.loop.records import NoTime, read_record, read_records
 from fem_spa.loop.split import split
@@ -101,3 +102,15 @@ def test_what_is_fitted_to_one_record_is_provisional(
     assert (sum(parted.train), parted.provisional) == (fitted, provisional)
     given = split(read_records(files), files[1:], 0)
     assert sum(given.train) == 1 and given.provisional
+
+
+@pytest.mark.parametrize(("shift", "said"), [(0.3, True), (0.0, False), (-0.5, False)])
+def test_an_output_ahead_of_its_pressure_is_noted(shift: float, said: bool) -> None:
+    """Two clocks: an actuator may be late, never early. Curved map and noise, falling with the pressure."""
+    t = np.arange(0.0, 40.0, 0.05)
+    p = 3e4 * (1.0 - np.cos(0.9 * t) * np.cos(0.21 * t))
+    late = np.interp(t + shift, t, p)
+    y = 1.0 - 0.5 * late / 6e4 - 0.3 * (late / 6e4) ** 2 + np.random.default_rng(2).normal(0.0, 0.004, len(t))
+    y[100:110] = np.nan
+    found = ahead(t, p[:, None], y)
+    assert found == (pytest.approx(shift, abs=0.06) if said else 0.0)
