@@ -15,6 +15,12 @@ FAMILY = {
     ),
     **dict.fromkeys(["chamber-gain", "cross-coupling"], "asymmetry"),
 }
+SAME_FORM = {
+    "wander": "sensor-drift: a power of the time",
+    "coarse": "quantisation: equal steps",
+    "threshold": "dead-band in the chamber: a softplus",
+}
+"""Forms of the generator that the library has too, parameters aside."""
 _GROUPS = [
     {"hysteresis", "friction"},
     {"viscous-lag", "pressure-lag", "sensor-lag"},

@@ -88,14 +88,18 @@ def run_bench(out: Path, name: str, seed: int, effect: str | None, jobs_page: bo
     words += ["--holdout", *map(str, held)] if held else []
     words += ["--seed", str(seed), "--out", str(result)]
     begin = time.perf_counter()
-    done = subprocess.run(
-        [sys.executable, "-m", "fem_spa.cli", *words],
-        capture_output=True,
-        text=True,
-        timeout=LIMIT,
-        check=False,
-        env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
-    )
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "fem_spa.cli", *words],
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+            check=False,
+            env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
+        )
+        status, told = done.returncode, done.stderr
+    except subprocess.TimeoutExpired:
+        status, told = -9, f"not done after {LIMIT:g} s"
     row: dict[str, Any] = dict.fromkeys(COLUMNS, "")
     row |= {
         "name": label,
@@ -103,10 +107,10 @@ def run_bench(out: Path, name: str, seed: int, effect: str | None, jobs_page: bo
         "effect": bench.effect,
         "visible": f"{bench.visible:.4f}",
         "seconds": f"{time.perf_counter() - begin:.1f}",
-        "status": done.returncode,
+        "status": status,
     }
-    if done.returncode != 0:
-        row["problems"] = f"status {done.returncode}: {done.stderr.strip().splitlines()[-1][:200]}"
+    if status != 0:
+        row["problems"] = f"status {status}: {(told.strip().splitlines() or ['silent'])[-1][:200]}"
     else:
         row |= _judged(bench, result, files, held, oracle, folder)
     add_row(out / "kinds.csv", COLUMNS, row)

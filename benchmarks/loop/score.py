@@ -17,7 +17,7 @@ KEYS = "verdict effects candidates error signature excluded untestable next_expe
 COLUMNS = (
     "name tier protocol target visible material base truth forms faults held status seconds peak_mb verdict "
     "effects probability rivals trained right lenient family holds set_size set_classes before after oracle "
-    "floor reduction problems"
+    "floor reduction problems signature"
 ).split()
 
 
@@ -47,6 +47,7 @@ def score(truth: dict[str, Any], out: Path, status: int, seconds: float, said: s
     names = [e["name"] for e in report["effects"]]
     row["peak_mb"] = next((line[8:] for line in said.splitlines() if line.startswith("PEAK_MB ")), "")
     row["verdict"], row["effects"] = report["verdict"], "+".join(names)
+    row["signature"] = report["signature"] or ""
     if report["effects"]:
         row["probability"] = f"{report['effects'][0]['probability']:.3f}"
     row["rivals"] = "+".join(n for n in report["candidates"] if n not in names)

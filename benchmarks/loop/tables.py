@@ -27,10 +27,13 @@ def rows_of(table: Path) -> list[dict[str, str]]:
 
 
 def add_row(table: Path, columns: Sequence[str], row: Mapping[str, Any]) -> None:
-    """Append a row to a results file, which begins with its columns."""
+    """Append a row to a results file, which begins with its columns and keeps those that it began with."""
     fresh = not table.exists()
+    if not fresh:
+        with table.open(encoding="utf-8", newline="") as file:
+            columns = next(csv.reader(file))
     with table.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, columns)
+        writer = csv.DictWriter(file, columns, extrasaction="ignore")
         if fresh:
             writer.writeheader()
         writer.writerow(row)
