@@ -75,6 +75,7 @@ def prepare(deck: Deck) -> Setup:
         blocked=deck.observe.blocked,
         contact=loads.contact and not deck.solver.stop_at_touch,
         obstacles=obstacles(deck, mesh, symmetry),
+        linear=shape is not None and shape.linear,
     )
     solver = deck.solver
     steps = StepControl(

@@ -55,6 +55,10 @@ class Bellow(Shape):
     share: int = count(4, "1: whole; 2: half; 4: quarter", low=1, high=4)
 
     @property
+    def linear(self) -> bool:
+        return True
+
+    @property
     def bellow_height(self) -> float:
         """Height of the bellow without the soft layer, m."""
         return self.collar_height + self.convoluted_height + self.neck_height

@@ -50,6 +50,11 @@ class Shape(ABC):
     def extent(self) -> float:
         """Largest dimension of the body, m, from the parameters alone."""
 
+    @property
+    def linear(self) -> bool:
+        """Whether it is built to lengthen rather than to bend."""
+        return False
+
     def volume_names(self) -> tuple[str, ...]:
         """Names of the volumes that the mesh will have."""
         return ("body",)

@@ -60,6 +60,10 @@ class Zigzag(Shape):
     half: bool = flag(True, "half model, y >= 0, with the surface `symmetry` at y = 0; false: whole")
 
     @property
+    def linear(self) -> bool:
+        return self.layer == 0.0
+
+    @property
     def pitch(self) -> float:
         """Distance along x from one joint to the next, m."""
         return self.height * math.tan(self.fold_angle / 2)

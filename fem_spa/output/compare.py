@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fem_spa.output.files import write_whole
-from fem_spa.output.style import ACCENT, GREY, INK, SECOND, WARN, figure, tidy, write_picture
+from fem_spa.output.style import GREY, INK, SERIES, figure, tidy, write_picture
 
-COLOURS = (ACCENT, SECOND, "#14633b", WARN, GREY, "#7c3aed")
 Numbers = Sequence[float] | np.ndarray
 Curve = tuple[Numbers, Numbers]
 
@@ -47,7 +47,7 @@ def paint(
     lines: Mapping[str, float] | None = None,
 ) -> None:
     """The same on axes that are there already."""
-    for (name, (x, y)), colour in zip(curves.items(), COLOURS, strict=False):
+    for (name, (x, y)), colour in zip(curves.items(), cycle(SERIES), strict=False):
         dashed = "--" if "off" in name or "linear" in name else "-"
         axes.plot(x, y, dashed, marker="o", markersize=3.5, color=colour, linewidth=1.8, label=name)
     for (name, (x, y)), shape in zip((marks or {}).items(), "Xs^", strict=False):
@@ -83,7 +83,7 @@ def table(path: Path, columns: Mapping[str, Numbers]) -> None:
     longest = max(len(values) for values in columns.values())
     rows = [",".join(columns)]
     for i in range(longest):
-        rows.append(",".join(f"{v[i]:.8g}" if i < len(v) else "" for v in columns.values()))
+        rows.append(",".join(f"{v[i] + 0.0:.8g}" if i < len(v) else "" for v in columns.values()))
     path.parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, "\n".join(rows) + "\n")
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fem_spa.output.style import ACCENT, GREY, SECOND, WARN, figure, tidy, write_picture
+from fem_spa.output.places import Place, clear
+from fem_spa.output.style import ACCENT, GREY, SECOND, SERIES, WARN, figure, tidy, write_picture
 from fem_spa.output.table import obstacle_forces
-from fem_spa.output.words import ended_at_touch, holds, number, pressures, straight
+from fem_spa.output.words import by_stroke, ended_at_touch, held, holds, number, pressures
 from fem_spa.solid.problem import Problem, Result, Row
 
 PATH = "length of the load path [kPa]"
@@ -27,7 +29,7 @@ def write_curve(path: Path, problem: Problem, result: Result, rows: Sequence[Row
     problem, result : for control, first touch and status
     rows : the converged steps, in load order
     """
-    angles = bool(rows) and any(math.isfinite(row.angle) for row in rows)
+    angles = bool(rows) and not held(problem) and any(math.isfinite(row.angle) for row in rows)
     volume = problem.loads.control != "pressure"
     force = bool(rows) and (rows[-1].force is not None or bool(problem.obstacles))
     panels = max(1, int(angles or not (volume or force)) + int(volume) + int(force))
@@ -134,11 +136,11 @@ def _unstable(
 
 
 def _touch_line(
-    axes: Any, problem: Problem, result: Result, place: float | None, falls: bool = False
+    axes: Any, problem: Problem, result: Result, place: float | None, curves: Sequence[tuple[Any, Any]]
 ) -> None:
     """Where walls touch for the first time, and whether what comes after is without contact.
 
-    `falls` : the curve goes down, so that the room for words is at the other end
+    `curves` : (x, y) that its words must not cover
     """
     if place is None or result.touch_pressure is None:
         return
@@ -148,19 +150,23 @@ def _touch_line(
     if not holds(problem):
         axes.axvspan(place, max(high, place), color=colour, alpha=0.07, linewidth=0, zorder=0)
     axes.set_xlim(low, max(high, place))
-    early = place < 0.5 * (low + high)
     beyond = "" if ended_at_touch(result) or holds(problem) else ";\nbeyond: without contact"
-    axes.annotate(
-        f"first touch at\n{pressures(result.touch_pressure, 3)}{beyond}",
-        (place, 0.97 if early != falls else 0.14),
+    words = axes.annotate(
+        "first touch at\n" + pressures(result.touch_pressure, 3).replace(", ", ",\n") + beyond,
+        (place, 0.97),
+        (0.0, 0.0),
         xycoords=("data", "axes fraction"),
-        xytext=(6 if early else -6, 0),
         textcoords="offset points",
         color=colour,
         fontsize=9,
-        ha="left" if early else "right",
-        va="top" if early != falls else "bottom",
     )
+    sides = ((6, "left"), (-6, "right")) if place < 0.5 * (low + high) else ((-6, "right"), (6, "left"))
+    places: list[Place] = [
+        ((place, height), (shift, 0.0), side, up)
+        for height, up in ((0.97, "top"), (0.03, "bottom"), (0.66, "top"), (0.34, "bottom"))
+        for shift, side in sides
+    ]
+    clear(axes, words, places, [*curves, (axes.get_xlim(), (0.0, 0.0))])
 
 
 def _from_rest(problem: Problem, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -171,21 +177,25 @@ def _from_rest(problem: Problem, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarr
     return np.array([0.0, x[0]]), np.array([0.0, y[0]])
 
 
+def _colours(count: int) -> Iterable[str]:
+    """Of so many curves in one panel beside the angle's."""
+    return (SECOND,) if count == 1 else cycle(SERIES)
+
+
 def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
     x, label, touch = _abscissa(problem, result, rows)
-    linear = straight(rows[-1])
+    linear = by_stroke(problem, rows[-1])
     y = 1e3 * np.array([row.motion.extension for row in rows if row.motion is not None])
     if not linear:
         y = np.degrees([row.angle for row in rows])
     axes.plot(*_from_rest(problem, x, y), "-", color=ACCENT, linewidth=2.0, zorder=3)
     _line(axes, x, y, rows, "angle")
     _unstable(axes, x, y, problem, result, rows)
-    axes.annotate(
+    end = axes.annotate(
         f"{number(float(y[-1]), 3)}{' mm' if linear else '°'}",
         (x[-1], y[-1]),
-        xytext=(-8, 6),
+        (0.0, 0.0),
         textcoords="offset points",
-        ha="right",
         color=ACCENT,
         fontweight="bold",
     )
@@ -202,7 +212,11 @@ def _angle_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     )
     axes.margins(y=0.12)
     tidy(axes)
-    _touch_line(axes, problem, result, touch, bool(y[-1] < 0.0))
+    tip = (float(x[-1]), float(y[-1]))
+    around = [(-8, 6, "right", "bottom"), (-8, -6, "right", "top"), (0, 10, "right", "bottom")]
+    around += [(0, -10, "right", "top"), (8, 6, "left", "bottom"), (8, -6, "left", "top")]
+    clear(axes, end, [(tip, (dx, dy), h, v) for dx, dy, h, v in around], [(x, y)])
+    _touch_line(axes, problem, result, touch, [(x, y)])
 
 
 def _pressures(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
@@ -226,7 +240,7 @@ def _force_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
         curves["held tip"] = [math.nan if row.force is None else row.force for row in rows]
     on = np.array([obstacle_forces(row, len(problem.obstacles)) for row in rows])
     curves |= {f"obstacle {k + 1}": on[:, k] for k in range(len(problem.obstacles))}
-    for (name, y), colour in zip(curves.items(), (SECOND, ACCENT, GREY, WARN), strict=False):
+    for (name, y), colour in zip(curves.items(), _colours(len(curves)), strict=False):
         _line(axes, x, np.asarray(y), rows, name, colour)
         _unstable(axes, x, np.asarray(y), problem, result, rows)
     axes.set_xlabel(label)
@@ -235,12 +249,13 @@ def _force_over_pressure(axes: Any, problem: Problem, result: Result, rows: Sequ
     if len(curves) > 1:
         axes.legend(frameon=False)
     tidy(axes)
-    _touch_line(axes, problem, result, touch)
+    _touch_line(axes, problem, result, touch, [(x, y) for y in curves.values()])
 
 
 def _pressure_over_volume(axes: Any, problem: Problem, result: Result, rows: Sequence[Row]) -> None:
     x = np.array([row.volume for row in rows]) * 1e6
-    for name, colour in zip(problem.mesh.cavities, (SECOND, ACCENT, GREY, WARN), strict=False):
+    names = problem.mesh.cavities
+    for name, colour in zip(names, _colours(len(names)), strict=False):
         y = np.array([row.pressure[name] for row in rows]) / 1e3
         _line(axes, x, y, rows, name, colour)
         _unstable(axes, x, y, problem, result, rows)

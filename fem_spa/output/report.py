@@ -12,7 +12,7 @@ from fem_spa.output.files import write_whole
 from fem_spa.output.page import document, escaped, facts, notes, pictures, tiles
 from fem_spa.output.table import columns, header, obstacle_forces, values
 from fem_spa.output.toml import to_toml
-from fem_spa.output.words import number, pressures, straight, verdict
+from fem_spa.output.words import by_stroke, done, number, pressures, verdict
 from fem_spa.solid.obstacles import Cylinder, Obstacle, Plane
 from fem_spa.solid.problem import Problem, Result, Row
 from fem_spa.units import show
@@ -61,10 +61,9 @@ def _tiles(problem: Problem, result: Result) -> str:
         return ""
     last = result.rows[-1]
     numbers = [("pressure at the end", pressures(last.pressure))]
-    if last.motion is not None and straight(last):
-        numbers.append(("stroke of the tip", f"{number(1e3 * last.motion.extension, 3)} mm"))
-    elif math.isfinite(last.angle):
-        numbers.append(("bending angle", f"{number(math.degrees(last.angle), 3)}°"))
+    did = done(problem, last)
+    if did is not None:
+        numbers.append(("stroke of the tip" if by_stroke(problem, last) else "bending angle", did))
     if last.force is not None:
         numbers.append(("force of the held tip", f"{number(last.force)} N"))
     numbers.append(("largest stretch in the rubber", f"{number(last.max_stretch, 3)} times"))
@@ -98,6 +97,8 @@ def _table(problem: Problem, rows: Sequence[Row]) -> str:
 def _rows(problem: Problem, rows: Sequence[Row]) -> str:
     """The rows as a table; a column without a number (the angle of a body without tip) is left out."""
     chosen = replace(columns(problem), motion=False, chord=False)  # the page has the deck's angle
+    if problem.symmetry:
+        chosen = replace(chosen, leans=False)  # which says the way, too
     names = header(chosen)
     numbers = [values(row, chosen) for row in rows]
     shown = [i for i in range(len(names)) if any(math.isfinite(row[i]) for row in numbers)]

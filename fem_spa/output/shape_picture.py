@@ -13,7 +13,7 @@ from fem_spa.output.obstacle_surface import surface
 from fem_spa.output.render import Layer, Rendering, RenderingFailed
 from fem_spa.output.style import INK, figure, write_picture
 from fem_spa.output.surface import bending_plane, on_paper, outside, shading, turned
-from fem_spa.output.words import number, pressures, straight
+from fem_spa.output.words import by_stroke, done, number, pressures
 from fem_spa.solid.problem import Problem, Row, State
 
 GHOST = np.array([0.88, 0.89, 0.91])
@@ -41,7 +41,7 @@ class ShapePicture:
         from matplotlib.colors import Normalize
 
         skin = outside(space, problem.symmetry)
-        self.row = row
+        self.title = _title(problem, row)
         self.scale, self.highest = Normalize(1.0, 1.001), 1.0
         view = bending_plane(space, problem.symmetry)
         rest = turned(skin.rest, view)
@@ -78,7 +78,7 @@ class ShapePicture:
     def write(self, path: Path, title: str | None = None) -> None:
         """Compose and write the .png; the coordinates of its axes are mm on paper.
 
-        `title` : None is pressure and angle of the state
+        `title` : None is pressure and angle (or stroke, or force of the held tip) of the state
         """
         left, right, bottom, top = (1e3 * value for value in self.box)
         low = bottom - 1e3 * self.foot
@@ -92,7 +92,7 @@ class ShapePicture:
         axes.set_aspect("equal")
         axes.set_axis_off()
         _scale_bar(axes, right - left)
-        axes.set_title(title or _title(self.row), fontweight="bold", fontsize=16, color=INK)
+        axes.set_title(title or self.title, fontweight="bold", fontsize=16, color=INK)
         if self.coloured:
             self._colour_bar(drawing, axes)
         write_picture(path, drawing, 150)
@@ -198,13 +198,13 @@ def _scale_bar(axes: Any, width: float) -> None:
     )
 
 
-def _title(row: Row | None) -> str:
-    """Pressure and angle of the shown state."""
+def _title(problem: Problem, row: Row | None) -> str:
+    """Pressure of the shown state, and what it does there."""
     if row is None:
         return "at rest (no load step converged)"
-    words = pressures(row.pressure)
-    if row.motion is not None and straight(row):
-        words += f", moved by {number(1e3 * row.motion.extension, 3)} mm"
-    elif math.isfinite(row.angle):
-        words += f", bent by {number(math.degrees(row.angle), 3)}°"
+    words, did = pressures(row.pressure), done(problem, row)
+    if did is not None:
+        words += f", {'moved' if by_stroke(problem, row) else 'bent'} by {did}"
+    elif row.force is not None:
+        words += f", held tip pushes with {number(row.force, 3)} N"
     return words

@@ -13,6 +13,8 @@ SECOND = "#a8481f"
 GREY = "#6b7280"
 WARN = "#b45309"
 INK = "#1f2937"
+SERIES = (ACCENT, "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", INK)
+"""Curves beside one another: Okabe and Ito's colours, which stay apart for the colour-blind too."""
 
 
 def figure(width: float, height: float) -> Any:

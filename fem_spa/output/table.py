@@ -25,7 +25,7 @@ class Columns:
     force : the tip is held, so that its reaction is a column
     obstacles : how many; the force on each is a column
     motion : the mesh has a tip;  chord : and a base, so that there is a line between the two
-    leans : no plane of symmetry holds the axis, so that the tip leans in a direction of its own
+    leans : the axis is not held by two planes of symmetry, so that the tip can lean
     """
 
     cavities: tuple[str, ...]
@@ -49,7 +49,7 @@ def columns(problem: Problem) -> Columns:
         obstacles=len(problem.obstacles),
         motion=motion,
         chord=motion and ("base" in mesh.surfaces or bool(problem.fixed)),
-        leans=motion and not planes,
+        leans=motion and len(planes) < 2,
     )
 
 

@@ -56,21 +56,38 @@ def end_wanted(problem: Problem) -> str:
     return f"gas mass times {', '.join(number(value) for value in point.values())}"
 
 
-def straight(row: Row) -> bool:
-    """Whether planes of symmetry keep the actuator straight, so that its stroke is what it does."""
-    return row.motion is not None and row.angle == 0.0 and row.motion.chord == 0.0 and row.step > 0
+def by_stroke(problem: Problem, row: Row) -> bool:
+    """Whether its stroke is what it does: a linear shape, or planes of symmetry keep it straight."""
+    if row.motion is None or row.step == 0:
+        return False
+    return problem.linear or (row.angle == 0.0 and row.motion.chord == 0.0)
 
 
-def outcome(row: Row) -> str:
+def held(problem: Problem) -> bool:
+    """Whether the tip stays where the deck puts it, so that only its force tells anything."""
+    return problem.blocked or problem.loads.tip_displacement is not None
+
+
+def done(problem: Problem, row: Row) -> str | None:
+    """The stroke in mm where it is what the actuator does, else the angle; None where the deck says it is 0,
+    and without a tip."""
+    if row.motion is not None and by_stroke(problem, row):
+        moved = 1e3 * row.motion.extension
+        return None if held(problem) and abs(moved) < 1e-6 else f"{number(moved, 3)} mm"
+    return f"{number(math.degrees(row.angle), 3)}°" if math.isfinite(row.angle) else None
+
+
+def outcome(problem: Problem, row: Row) -> str:
     """What a row shows in a few words: its angle or stroke, or its volume where there is no tip."""
-    if row.motion is not None and straight(row):
-        words = f"the tip has moved by {number(1e3 * row.motion.extension, 3)} mm"
-    elif math.isfinite(row.angle):
-        words = f"the tip has turned by {number(math.degrees(row.angle), 3)}°"
-    else:
-        words = f"{millimetres_cubed(row.volume)} are enclosed"
+    did = done(problem, row)
+    parts = []
+    if did is not None:
+        parts.append(f"the tip has {'moved' if by_stroke(problem, row) else 'turned'} by {did}")
+    elif row.force is None:
+        parts.append(f"{millimetres_cubed(row.volume)} are enclosed")
     if row.force is not None:
-        words += f" and the held tip pushes with {number(row.force)} N"
+        parts.append(f"the held tip pushes with {number(row.force)} N")
+    words = " and ".join(parts)
     if row.obstacle_force is not None and len(row.obstacle_force):
         forces = np.linalg.norm(np.reshape(row.obstacle_force, (len(row.obstacle_force), -1)), axis=1)
         each = ", ".join(f"{number(float(force), 3)} N" for force in forces)
@@ -85,10 +102,11 @@ def verdict(problem: Problem, result: Result, rows: Sequence[Row]) -> str:
         return f"{head}, before the first load step."
     last = rows[-1]
     if result.status == "done":
-        sentence = f"{head}: at {pressures(last.pressure)} {outcome(last)}."
+        sentence = f"{head}: at {pressures(last.pressure)} {outcome(problem, last)}."
     else:
         sentence = (
-            f"{head}: reached {pressures(last.pressure)} of {end_wanted(problem)}; there {outcome(last)}."
+            f"{head}: reached {pressures(last.pressure)} of {end_wanted(problem)}; "
+            f"there {outcome(problem, last)}."
         )
     if result.touch_pressure:
         first = pressures(result.touch_pressure, 3)

@@ -90,6 +90,7 @@ class Problem:
     blocked : the tip is held where it is once gravity has acted; its reaction is observed
     contact : the boundary cannot pass through itself
     obstacles : rigid bodies that the boundary cannot enter, whatever `contact` says
+    linear : pictures and sentences tell the stroke, not the angle; nothing solved depends on it
     """
 
     mesh: TaggedMesh
@@ -102,6 +103,7 @@ class Problem:
     blocked: bool = False
     contact: bool = False
     obstacles: tuple[Obstacle, ...] = ()
+    linear: bool = False
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,8 @@ def make_problem(block: TaggedMesh) -> Callable[..., Problem]:
         mesh = TaggedMesh(block.points, block.tets, block.volumes, surfaces, "hollow block")
         end = {name: 1e4 * (i + 1) for i, name in enumerate(cavities)}
         material = Material(LAWS["neo-hooke"], {"C10": 1e5})
-        return Problem(mesh, {"body": material}, Loads([end], control), **more)
+        loads = more.pop("loads", Loads([end], control))
+        return Problem(mesh, {"body": material}, loads, **more)
 
     return make
 

@@ -19,7 +19,7 @@ from fem_spa.output.files import write_whole
 from fem_spa.output.folder import ResultFolder
 from fem_spa.output.record import record, to_json
 from fem_spa.output.report import _rows
-from fem_spa.output.table import Columns, curve_csv
+from fem_spa.output.table import Columns, columns, curve_csv, header
 from fem_spa.solid.problem import Problem, Result, Row
 
 Make = Callable[..., Any]
@@ -43,6 +43,14 @@ def test_header_of_two_cavities_and_a_held_tip(make_rows: Make) -> None:
         "volume [mm^3],max stretch,force [N]"
     )
     assert lines[2].split(",")[1:4] == ["10", "20", "40"] and lines[2].endswith(",2")
+
+
+@pytest.mark.parametrize("planes,leans", [("", True), ("y", True), ("yz", False)])
+def test_what_can_lean_has_tilt_and_direction(make_problem: Make, planes: str, leans: bool) -> None:
+    """A half bends in its plane; a quarter stays straight, and its columns would be noise."""
+    names = header(columns(make_problem(symmetry={f"side {axis}": axis for axis in planes})))
+    assert (names[-2:] == ["tilt [deg]", "direction [deg]"]) is leans
+    assert leans or not any("tilt" in name for name in names)
 
 
 def test_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,15 @@ import pytest
 
 from fem_spa.output import shape_picture
 from fem_spa.output.curve_plot import _abscissa, write_curve
+from fem_spa.output.places import clear
 from fem_spa.output.record import record
 from fem_spa.output.render import RenderingFailed
 from fem_spa.output.report import write_report
-from fem_spa.output.shape_picture import ShapePicture
+from fem_spa.output.shape_picture import ShapePicture, _title
+from fem_spa.output.style import figure
 from fem_spa.output.surface import on_paper, outside
-from fem_spa.output.words import all_warnings, highest, number, pressures, verdict
+from fem_spa.output.words import all_warnings, highest, number, outcome, pressures, verdict
+from fem_spa.solid.problem import Motion, Row
 
 Make = Callable[..., Any]
 
@@ -170,6 +174,51 @@ def test_verdicts(make_problem: Make, make_rows: Make, make_result: Make) -> Non
     ended.message = "walls touch at main 1.23 kPa, near (1, 2, 3) mm; as asked, the path ends there"
     assert "walls touch at 1.23 kPa, and the path ends before, as asked" in verdict(problem, ended, rows)
     assert [text for text in all_warnings(problem, ended) if "pass through" in text] == []
+
+
+def moved(row: Row, extension: float, chord: float = 0.1) -> Row:
+    """The row with a stroke in m."""
+    return replace(row, motion=Motion(row.angle, chord, abs(row.angle), math.nan, extension, 0.04))
+
+
+def test_a_linear_shape_tells_its_stroke(make_problem: Make, make_rows: Make, make_result: Make) -> None:
+    """Though it leans; a bending one tells its angle, though it lengthens."""
+    rows = [moved(row, 4e-2) for row in make_rows(3)]
+    linear, bending = make_problem(linear=True), make_problem()
+    assert verdict(linear, make_result(rows), rows) == "Done: at 10 kPa the tip has moved by 40 mm."
+    assert _title(linear, rows[-1]) == "10 kPa, moved by 40 mm"
+    assert _title(bending, rows[-1]) == "10 kPa, bent by 40°"
+
+
+def test_a_held_tip_tells_its_force(
+    make_problem: Make, make_rows: Make, make_result: Make, tmp_path: Path
+) -> None:
+    """No zero that the deck prescribes, no flat curve of it; a prescribed stroke is told."""
+    problem = make_problem(blocked=True)
+    rows = [moved(row, 0.0, 0.0) for row in make_rows(3, force=True, angle=0.0)]
+    assert _title(problem, rows[-1]) == "10 kPa, held tip pushes with 2 N"
+    assert verdict(problem, make_result(rows), rows) == "Done: at 10 kPa the held tip pushes with 2 N."
+    write_curve(tmp_path / "curve.png", problem, make_result(rows), rows)
+    assert picture(tmp_path / "curve.png").shape[1] < 1300  # one panel
+    pushed = make_problem(loads=replace(problem.loads, tip_displacement=(-7e-3, 0.0, 0.0)))
+    assert "moved by -7 mm and the held" in outcome(pushed, moved(rows[-1], -7e-3, 0.0))
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_words_go_where_no_curve_is(way: float) -> None:
+    """A label at the end of a steep curve, rising or falling, covers none of it."""
+    axes = figure(6.0, 4.0).add_subplot()
+    x, y = np.array([0.0, 1.0]), np.array([0.0, way])
+    axes.plot(x, y)
+    axes.margins(0.2)
+    words = axes.annotate("-12.5 deg", (1.0, way), (0.0, 0.0), textcoords="offset points")
+    clear(
+        axes,
+        words,
+        [((1.0, way), (-8.0, 6 * s), "right", v) for s, v in ((1, "bottom"), (-1, "top"))],
+        [(x, y)],
+    )
+    assert (words.get_va() == "bottom") is (way > 0)
 
 
 def test_limit_point_is_found(make_rows: Make) -> None:

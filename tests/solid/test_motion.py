@@ -79,6 +79,15 @@ def test_arc_in_any_direction(verification, bar, direction):
     assert motion.extension == pytest.approx(radius * np.sin(total) - LENGTH, rel=1e-9)
 
 
+@pytest.mark.parametrize("direction", [-90.0, 90.0])
+def test_a_half_leans_in_its_plane(verification, half_bar, direction):
+    """Its mirror image counts, too: no other side's share of the tip turns the direction."""
+    bent = arc(np.radians(50.0), np.radians(direction))
+    motion = watch(MotionWatch, verification, half_bar, bent, symmetry={"symmetry": "y"}).motions[-1]
+    assert np.degrees(motion.tilt) == pytest.approx(50.0, abs=1e-6) == abs(np.degrees(motion.tip_face))
+    assert np.degrees(motion.direction) == pytest.approx(direction, abs=1e-9)
+
+
 def test_stroke_of_a_linear_actuator(verification, bar):
     def longer(X):
         return X * [1.25, 0.9, 0.9]
