@@ -57,7 +57,6 @@ class Kind:
 
 EVERY = ("hysteresis", "creep", "viscous-lag", "pressure-lag", "delay", "mullins", "saturation", "inertia")
 SEVERAL = ("chamber-gain", "cross-coupling")
-_WEIGHTLESS = {"gravity": ({"gravity": False}, {}), "payload": ({}, {})}
 _FINGER = """[geometry]
 shape = "pneunet"
 size = "7 mm"
@@ -243,7 +242,7 @@ def moved(
         drive = Drive(line.time[rows], command[rows], float(line.orientation[rows[0]]), payload)
         out[rows] = model.simulate(drive)[:, columns]
     rest = np.nonzero(line.record < 0)[0]
-    for j in rest:  # between records: unpressurised
+    for j in rest.tolist():  # between records: unpressurised
         out[j] = out[max(j - 1, 0)] if j and line.record[j - 1] < 0 else out[0]
     return out
 

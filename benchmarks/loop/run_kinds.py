@@ -204,5 +204,8 @@ def run_kinds(out: Path, names: Sequence[str], seed: int, count: int, effects: S
             every = ("", *KINDS[name].effects) if effects == ["all"] else effects
             wanted = ["" if e == "null" else e for e in every]
         for k, effect in enumerate(wanted):
+            if effect and effect not in KINDS[name].effects:
+                print(f"{name} has no {effect}; it has {', '.join(KINDS[name].effects)}", flush=True)
+                continue
             row = run_bench(out, name, seed + k, effect)
             print(*(row[c] for c in COLUMNS if c != "kind"), sep=" | ", flush=True)

@@ -154,8 +154,9 @@ def test_the_section_of_other_kinds_takes_its_own_place(tmp_path: Path) -> None:
     }
     row |= {"visible": "0.03", "verdict": "attributed", "effects": "creep", "right": "1", "holds": "1"}
     for reduction in ("0.5", "0.75"):
-        put(page, kinds_section([row | {"reduction": reduction}]))
+        nothing = row | {"name": "fem-4-payload", "visible": "0.0000", "effects": ""}
+        put(page, kinds_section([row | {"reduction": reduction}, nothing]))
     text = page.read_text()
     assert text.index("## Time") < text.index(TITLE) < text.index("## Measured data") < text.index("last")
     assert text.count(TITLE) == 1 and "0.75" in text and "0.5 " not in text
-    assert "| fem | 1 | 1 |  | 1 of 1 | 1 of 1 | 0 |" in text
+    assert "| fem | 2 | 2 | 1 of 1 | 1 of 1 | 1 of 1 | 0 |" in text
