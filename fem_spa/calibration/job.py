@@ -52,13 +52,10 @@ def run_job(
     with claimed(folder):
         is_model = _is_model(job.given)
         runs = read_runs([*job.records, *job.holdout])
-        named = {path.resolve() for path in job.holdout}
-        held = [run for run in runs if run.path.resolve() in named]
-        train, held = split([run for run in runs if run not in held], held, job.seed)
         if is_model:
-            outcome, text, mesh = _model(job, train, held, say)
+            outcome, text, mesh = _model(job, runs, say)
         else:
-            outcome, text, mesh = _deck(job, train, held, say, observers)
+            outcome, text, mesh = _deck(job, *_split(job, runs), say, observers)
         _write(job, folder, outcome, text, mesh, command)
     return outcome
 
@@ -77,24 +74,46 @@ def _is_model(path: Path) -> bool:
         raise InputError(f"given {path}: it has [model] and [geometry]; give a model file or a deck")
     model = tables.get("model")
     if isinstance(model, dict) and model.get("kind") == "fem":
+        deck = model.get("deck", "")
+        if tables.get("effects"):
+            raise InputError(
+                f"given {path}: kind 'fem' stands for a deck, and a deck is not fitted through [effects]; "
+                f"give that deck itself ({deck}), or its curve.csv as kind 'curve' with these [effects] and "
+                "[scales]"
+            )
+        raise InputError(f"given {path}: kind 'fem' stands for a deck; give that deck itself ({deck})")
+    if "model" not in tables and "effects" in tables:
         raise InputError(
-            f"given {path}: kind 'fem' stands for a deck; give that deck itself ({model.get('deck', '')})"
+            f"given {path}: [effects] stand beside [model] in a model file, a deck has none; leave [effects] "
+            "and [scales] out, or give the model file"
         )
     return "model" in tables
 
 
+def _split(job: Job, runs: Sequence[Run]) -> tuple[list[Run], list[Run]]:
+    """Training and held-out runs, as the call names them."""
+    named = {path.resolve() for path in job.holdout}
+    held = [run for run in runs if run.path.resolve() in named]
+    return split([run for run in runs if run not in held], held, job.seed)
+
+
 def _model(
-    job: Job, train: Sequence[Run], held: Sequence[Run], say: Callable[[str], None]
+    job: Job, runs: Sequence[Run], say: Callable[[str], None]
 ) -> tuple[Outcome, str, Callable[[Path], None] | None]:
+    from fem_spa.calibration.carried import carried, kept_tables
     from fem_spa.calibration.reduced import calibrate, model_table
-    from fem_spa.reduced.registry import read_model
+    from fem_spa.loop.model_file import read_source
+    from fem_spa.output.toml import to_toml
     from fem_spa.reduced.tables import toml_text
 
     if job.overrides:
         raise InputError("given --set with a model file: it changes decks; edit the model file instead")
-    model = read_model(job.given)
-    fitted, outcome = calibrate(model, train, held, job.vary, say, output=job.output)
-    return outcome, toml_text(model_table(fitted, outcome)), None
+    source = read_source(job.given)
+    through, runs = carried(source, job.given, runs)
+    train, held = _split(job, runs)
+    fitted, outcome = calibrate(source.model, train, held, job.vary, say, output=job.output, through=through)
+    kept = to_toml(kept_tables(read_toml(job.given)))
+    return outcome, toml_text(model_table(fitted, outcome)) + kept, None
 
 
 def _deck(

@@ -21,6 +21,7 @@ from fem_spa.reduced.tables import factor, same_kind
 UNITS = {"angle": "deg", "displacement": "mm", "force": "N", "x": "mm", "y": "mm", "z": "mm"}
 """Outputs, and the unit shown where the file does not say another."""
 _SECONDS_A_ROW = 10.0
+_MEASURED = "the measured pressure is used, not the commanded one"
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class Run:
     outputs : name -> (n,) SI, NaN where a sample is missing
     static : whether every row is an equilibrium
     use : (n,) bool, rows that count (hold-out within one file clears some)
+    record : as read, of a record over time
     """
 
     name: str
@@ -46,6 +48,7 @@ class Run:
     use: np.ndarray
     sha256: str = ""
     notes: tuple[str, ...] = ()
+    record: Record | None = None
 
     def only(self, use: np.ndarray) -> Run:
         """The same run with other rows that count."""
@@ -123,9 +126,19 @@ def _of_record(record: Record) -> Run:
     names = ("",) if count == 1 else tuple(str(k + 1) for k in range(count))
     notes = record.notes
     if record.measured is not None:
-        notes = (*notes, "the measured pressure is used, not the commanded one")
+        notes = (*notes, _MEASURED)
     use = np.any([np.isfinite(v) for v in record.outputs.values()], axis=0)
-    return Run(record.name, record.path, drive, names, record.outputs, False, use, record.sha256, notes)
+    return Run(
+        record.name, record.path, drive, names, record.outputs, False, use, record.sha256, notes, record
+    )
+
+
+def commanded(run: Run) -> Run:
+    """The same run under its commanded pressure, measured or not; a static curve as it is."""
+    if run.record is None:
+        return run
+    drive = replace(run.drive, pressure=run.record.pressures)
+    return replace(run, drive=drive, notes=tuple(note for note in run.notes if note != _MEASURED))
 
 
 def _of_curve(path: Path) -> Run:

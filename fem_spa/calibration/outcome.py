@@ -49,6 +49,7 @@ class Outcome:
     runs : (run, role, before, after), role "train" or "heldout"
     evaluations : FE runs, or simulations
     predicted : of every run, the outputs before and after at the rows that count, each (n, outputs) SI
+    effects : of the model file, held as they are; all errors are with them
     """
 
     kind: str
@@ -66,6 +67,7 @@ class Outcome:
     correlation: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    effects: tuple[str, ...] = ()
 
     @property
     def unit(self) -> str:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from fem_spa.calibration.outcome import Fitted, Outcome, beyond, range_of, rmse,
 from fem_spa.errors import InputError
 from fem_spa.reduced.model import Drive, ReducedModel
 from fem_spa.reduced.tables import factor
+
+if TYPE_CHECKING:
+    from fem_spa.calibration.carried import Carried
 
 _AT_BOUND = 1e-3  # of the working range
 _WIDE = 20.0  # high over low from which on the logarithm is fitted
@@ -53,6 +56,7 @@ def calibrate(
     say: Callable[[str], None] = lambda text: None,
     source: str = "",
     output: str | None = None,
+    through: Carried | None = None,
 ) -> tuple[ReducedModel, Outcome]:
     """Fit parameters of a reduced model.
 
@@ -63,6 +67,7 @@ def calibrate(
     say : told of the progress
     source : what the data are, for the range kept with the model; default the files' names
     output : the one output that is compared; default: see `shared_outputs`
+    through : effects around the model, held as they are
 
     Returns
     -------
@@ -80,12 +85,24 @@ def calibrate(
             there = nearest(name, model.parameters)
             raise InputError(f"given --vary {name}: kind '{model.kind}' has no such parameter{there}")
     outputs = shared_outputs(model, [*train, *held], output)
+    if through is not None and not set(outputs) <= set(through.outputs):
+        raise InputError(
+            f"given {', '.join(outputs)} to compare: the effects of the model file "
+            f"({', '.join(through.effects)}) act on {', '.join(through.outputs)}; "
+            f"give --output {through.outputs[0]}"
+        )
     _check(model, [*train, *held])
     count = [0]
 
-    def errors(candidate: ReducedModel, runs: Sequence[Run]) -> list[np.ndarray]:
+    def respond(candidate: ReducedModel, runs: Sequence[Run]) -> list[np.ndarray]:
         count[0] += 1
-        return [predicted(candidate, run, outputs) - measured(run, outputs) for run in runs]
+        if through is not None:
+            return through.predicted(candidate, runs, outputs)
+        return [predicted(candidate, run, outputs) for run in runs]
+
+    def errors(candidate: ReducedModel, runs: Sequence[Run]) -> list[np.ndarray]:
+        told = respond(candidate, runs)
+        return [rows - measured(run, outputs) for rows, run in zip(told, runs, strict=True)]
 
     weights = _weights(train, outputs)
     before = errors(model, train), errors(model, held)
@@ -95,7 +112,7 @@ def calibrate(
     fitted, found = model, None
     while free:
         try:
-            fitted, found = _fit(model, train, outputs, free, weights, count, say)
+            fitted, found = _fit(model, respond, train, outputs, free, weights, count, say)
         except _Interrupted as stop:
             status, fitted = "interrupted", stop.reached
             break
@@ -135,6 +152,7 @@ def calibrate(
         np.zeros((0, 0)) if found is None else found.told.correlation,
         beyond(held, valid),
         [f"{run.name}: {note}" for run in (*train, *held) for note in run.notes],
+        () if through is None else through.effects,
     )
     outcome.warnings += _doubts(free, found)
     if found is not None:
@@ -217,6 +235,7 @@ class _Found:
 
 def _fit(
     model: ReducedModel,
+    respond: Callable[[ReducedModel, Sequence[Run]], list[np.ndarray]],
     runs: Sequence[Run],
     outputs: tuple[str, ...],
     free: Sequence[str],
@@ -246,17 +265,17 @@ def _fit(
     best, reached = [math.inf], [start]
 
     def residual(z: np.ndarray) -> np.ndarray:
-        count[0] += 1
         pieces = []
-        for run, target, good in zip(runs, targets, keep, strict=True):
-            error = (predicted(candidate(z), run, outputs) - target) * weights
+        told = respond(candidate(z), runs)
+        for rows, target, good in zip(told, targets, keep, strict=True):
+            error = (rows - target) * weights
             pieces += [error[good[:, j], j] for j in range(len(outputs))]
         r = np.concatenate(pieces)
         size = math.sqrt(float(np.mean(r**2)))
         if size < best[0]:
-            told = size < 0.99 * best[0]
+            better = size < 0.99 * best[0]
             best[0], reached[0] = size, z
-            if told:
+            if better:
                 say(f"{count[0]} simulations, error {100 * size:.3g} % of the range")
         return r
 

@@ -58,6 +58,7 @@ def record(outcome: Outcome, given: str, seed: int) -> dict[str, Any]:
         "message": verdict(outcome),
         "kind": outcome.kind,
         "given": given,
+        "effects held": list(outcome.effects),
         "outputs": list(outcome.outputs),
         "parameters": {number.name: number_table(number) for number in outcome.parameters},
         "error": {
@@ -102,6 +103,8 @@ def verdict(outcome: Outcome) -> str:
         f"Held-out error {before:.3g} {unit} before, {after:.3g} {unit} after calibration "
         f"({share:.2g} % of the range)"
     )
+    if outcome.effects:
+        text += f", {' and '.join(outcome.effects)} held as in the model file"
     refused = [number for number in outcome.parameters if number.refused]
     if outcome.status == "interrupted":
         return f"{text}; interrupted, so these are the best values so far, without intervals."

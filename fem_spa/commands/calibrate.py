@@ -14,7 +14,8 @@ on data held out. Leaves calibrated.toml, calibration.json, calibration.png and 
 DECK.toml is a solver deck: NAME is materials.VOLUME.C10 (or another parameter of its law),
 materials.VOLUME.scale (all its moduli), layers.NAME.modulus, walls.scale (thickness of all walls),
 geometry.LENGTH, or offset (zero of the sensor). A handful of FE runs, with the solver's own derivatives.
-Or it is a model file with [model]: NAME is one of the model's parameters.
+Or it is a model file with [model]: NAME is one of the model's parameters. Effects that `diagnose` added
+([effects]) are held as they are, and calibrated.toml has them too.
 
 RECORD.csv has `time [s]`, `pressure [kPa]` and an output such as `angle [deg]`; a file without time is
 a static curve, such as the curve.csv of `fem-spa solve`. Held out are --holdout, else a third of the
