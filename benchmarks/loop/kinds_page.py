@@ -25,7 +25,8 @@ def kinds_of(folders: Sequence[Path]) -> list[Row]:
 def kinds_section(rows: Sequence[Row], engine: str = "") -> str:
     """The section: counts a kind, then every case."""
     program = f" Program: {engine}." if engine else ""
-    words = f"""`python -m benchmarks.loop kinds` on {datetime.date.today():%Y-%m-%d}, one core of a shared machine;
+    today = f"{datetime.date.today():%Y-%m-%d}"
+    words = f"""`python -m benchmarks.loop kinds` on {today}, one core of a shared machine;
 {len(rows)} cases, effects drawn by the seed or named.{program}
 The actuator is of the same kind with another stiffness (the rod also another clamp and number of elements),
 and has an effect by the generator's own physics, 3 % of the span visible, or a component, as large as it is,
