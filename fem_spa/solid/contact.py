@@ -33,9 +33,21 @@ import numpy as np
 
 from fem_spa.errors import InputError
 from fem_spa.solid import contact_kernel as kernel
-from fem_spa.solid.contact_points import across, areas, face_points, mirror, only, parts, shape_at, sides
+from fem_spa.solid.contact_points import (
+    Nearest,
+    Pairs,
+    across,
+    areas,
+    face_points,
+    looks_at,
+    mirror,
+    only,
+    parts,
+    shape_at,
+    sides,
+)
 from fem_spa.solid.obstacle_distance import distance as distance_to
-from fem_spa.solid.obstacles import Obstacle
+from fem_spa.solid.obstacles import Obstacle, Plane
 from fem_spa.solid.pattern import Pattern
 from fem_spa.solid.problem import Problem
 from fem_spa.solid.space import Space
@@ -147,6 +159,12 @@ class Contact:
         """(n,) numbers of the watched points that act."""
         return np.flatnonzero(self.acts & ~self._regular)
 
+    def _watched(self, faces: np.ndarray) -> np.ndarray:
+        """(n_faces, m), the watched points of faces (n,) that do not act."""
+        of = np.zeros((len(self.faces), 1), dtype=bool)
+        of[faces] = True
+        return of & ~self.acts
+
     def add(self, points: np.ndarray) -> None:
         """Let watched points act, by their numbers (n,)."""
         self.acts.ravel()[points] = True
@@ -174,21 +192,21 @@ class Contact:
 
     # -- neighbours ------------------------------------------------------------------------------
 
-    def _pairs(self, which: np.ndarray, position: np.ndarray, reach: float) -> _Pairs:
+    def _pairs(self, which: np.ndarray, position: np.ndarray, reach: float) -> Pairs:
         """Which of the points (n_faces, m) have which faces opposite, within `reach`."""
         points, others = kernel.opposite(self.faces, self.side, self.shape, which, position, reach)
         points, first = np.unique(points, return_index=True)
-        return _Pairs(points, np.append(first, len(others)).astype(np.int64), others)
+        return Pairs(points, np.append(first, len(others)).astype(np.int64), others)
 
     def _find(self, position: np.ndarray, reach: float) -> None:
         self._kept = self._pairs(self.acts, position, reach)
         self._points = self._kept.points
         self._built = position.copy()
-        self._last: _Nearest | None = None
+        self._last: Nearest | None = None
 
-    def _nearest(self, pairs: _Pairs, position: np.ndarray, reach: float) -> _Nearest:
+    def _nearest(self, pairs: Pairs, position: np.ndarray, reach: float) -> Nearest:
         n = len(pairs.points)
-        found = _Nearest(
+        found = Nearest(
             face=np.full(n, -1, dtype=np.int64),
             kind=np.zeros(n, dtype=np.int64),
             edge=np.zeros(n, dtype=np.int64),
@@ -230,7 +248,7 @@ class Contact:
         )
         return found
 
-    def _look(self, position: np.ndarray, reach: float) -> _Nearest:
+    def _look(self, position: np.ndarray, reach: float) -> Nearest:
         """The nearest opposite faces within `reach`, from the kept neighbours as long as they hold."""
         skin = _SKIN * self.size
         moved = np.inf if self._built is None else np.abs(position - self._built).max() * 2.0 * np.sqrt(3.0)
@@ -348,9 +366,8 @@ class Contact:
         if self.itself:
             near = self._look(position, _PATTERN * self.size)
             use = near.face >= 0
-            faces = np.zeros((len(self.faces), 1), dtype=bool)
-            faces[self._points[use] // len(self.shape)] = faces[near.face[use]] = True
-            pairs = self._pairs(faces & ~self.acts, position, _PATTERN * self.size)
+            beside = self._watched(np.append(self._points[use] // len(self.shape), near.face[use]))
+            pairs = self._pairs(beside, position, _PATTERN * self.size)
             watched = self._nearest(pairs, position, self.distance)
             own = self.own_distance[pairs.points]
             found.append(pairs.points[(watched.face >= 0) & (own > 0) & (watched.gap < 0)])
@@ -379,18 +396,39 @@ class Contact:
         return rows, columns
 
     def gap(self, position: np.ndarray) -> float:
-        """Smallest gap, m: of opposite faces that share no node, and to obstacles; inf where none is near."""
-        gap = np.inf
+        """Smallest gap at position (n_nodes, 3) m, inf where nothing is near. Nothing depends on it.
+
+        Of the boundary to itself: of faces that share no node, and of those that do (the sides of a fold meet
+        at its edge anyhow) where contact acts between them. To obstacles. To the planes of symmetry: of faces
+        that look at them, or on which they act. Watched points count on the faces that are nearest.
+        """
+        gap, m, reach, slack = np.inf, len(self.shape), REACH * self.size, _PATTERN * self.size
         if self.itself:
-            near = self._look(position, REACH * self.size)
-            use = near.face >= 0
-            own = self.faces[self._points[use] // len(self.shape)]
-            other = self.faces[near.face[use]]
-            apart = ~(own[:, :, None] == other[:, None, :]).any(axis=(1, 2))
-            gap = near.gap[use][apart].min(initial=np.inf)
-        for obstacle, points in self._rigid[: len(self.obstacles)]:
-            gap = min(gap, distance_to(obstacle, self._places(position, points))[0].min(initial=np.inf))
+            near = self._look(position, reach)
+            gaps = self._counted(self._points, near)
+            gap = gaps.min(initial=np.inf)
+            first = gaps < gap + slack
+            beside = self._watched(np.append(self._points[first] // m, near.face[first]))
+            pairs = self._pairs(beside, position, reach)
+            watched = self._counted(pairs.points, self._nearest(pairs, position, reach))
+            gap = min(gap, watched.min(initial=np.inf))
+        for k, (thing, points) in enumerate(self._rigid):
+            away = distance_to(thing, self._places(position, points))[0]
+            first = np.unique(points[away < away.min(initial=np.inf) + slack] // m)
+            points = np.append(points, np.flatnonzero(self._watched(first)))
+            away = distance_to(thing, self._places(position, points))[0]
+            if k >= len(self.obstacles) and isinstance(thing, Plane):  # of symmetry
+                looks = looks_at(self.faces, position, thing)[points // m] & (away < reach)
+                away = away[looks | (self.acts.ravel()[points] & (away < self.distance))]
+            gap = min(gap, away.min(initial=np.inf))
         return float(gap)
+
+    def _counted(self, points: np.ndarray, near: Nearest) -> np.ndarray:
+        """(n,) m, the gaps that `gap` counts, of points (n,); inf for the others."""
+        own, other = self.faces[points // len(self.shape)], self.faces[near.face]
+        apart = ~(own[:, :, None] == other[:, None, :]).any(axis=(1, 2))
+        acting = self.acts.ravel()[points] & (near.gap < self.own_distance[points])
+        return np.where((near.face >= 0) & (apart | acting), near.gap, np.inf)
 
 
 def contact_of(problem: Problem, space: Space, part: float, size: float, modulus: float) -> Contact:
@@ -410,24 +448,3 @@ def contact_of(problem: Problem, space: Space, part: float, size: float, modulus
     return Contact(
         space, problem.symmetry, problem.obstacles, problem.contact, part * smaller, stiffness, size
     )
-
-
-@dataclass(frozen=True)
-class _Pairs:
-    """Points (n,) that have faces opposite: others[begin[k]:begin[k + 1]] those of points[k]."""
-
-    points: np.ndarray
-    begin: np.ndarray
-    others: np.ndarray
-
-
-@dataclass(frozen=True)
-class _Nearest:
-    """What `contact_kernel.nearest` finds for each point."""
-
-    face: np.ndarray
-    kind: np.ndarray
-    edge: np.ndarray
-    place: np.ndarray
-    gap: np.ndarray
-    normal: np.ndarray

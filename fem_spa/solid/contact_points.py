@@ -7,6 +7,8 @@ and edges among them. They bear nothing until one is found inside something; fro
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -14,6 +16,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
 from fem_spa.solid.closest_point import shape as shape_functions
+from fem_spa.solid.contact_kernel import FACING, flat_normals
 from fem_spa.solid.obstacles import Plane
 from fem_spa.solid.space import Space
 
@@ -21,6 +24,27 @@ AXES = {"x": 0, "y": 1, "z": 2}
 RULE = 6  # polynomial degree of the rule on a face
 LATTICE = 6  # parts of an edge between watched points; even, so that every node is one
 NEARER = (2, 4)  # parts of the lattice's distance: how near to a corner there are more of them
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Points (n,) that have faces opposite: others[begin[k]:begin[k + 1]] those of points[k]."""
+
+    points: np.ndarray
+    begin: np.ndarray
+    others: np.ndarray
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """What `contact_kernel.nearest` finds for each point."""
+
+    face: np.ndarray
+    kind: np.ndarray
+    edge: np.ndarray
+    place: np.ndarray
+    gap: np.ndarray
+    normal: np.ndarray
 
 
 def face_points() -> tuple[np.ndarray, np.ndarray, int]:
@@ -99,6 +123,13 @@ def mirror(axis: str, X: np.ndarray, on_it: np.ndarray) -> Plane:
     normal = np.zeros(3)
     normal[i] = 1.0 if X[:, i].mean() > point[i] else -1.0
     return Plane((point[0], point[1], point[2]), (normal[0], normal[1], normal[2]))
+
+
+def looks_at(faces: np.ndarray, X: np.ndarray, plane: Plane) -> np.ndarray:
+    """(n_faces,) bool: whether a face and its image in the plane look at one another, as pairs do."""
+    normal = np.empty((len(faces), 3))
+    flat_normals(faces, X, normal)
+    return normal @ np.asarray(plane.normal) < -np.sqrt(0.5 * (1.0 - FACING))
 
 
 def only(face: np.ndarray, begin: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
