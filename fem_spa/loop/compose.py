@@ -76,7 +76,9 @@ class Chain:
                 pressure = effect.apply(context, pressure, theta)
         own = {name: theta for name, theta in own.items() if theta.any()}
         if own and self.base.switched is not None:
-            out = self.base.switched(data, pressure, values, own)
+            # slews are of the largest pressure that the effects were found with, not of these records
+            same = data if data.p_max == self.p_max else replace(data, p_max=self.p_max)
+            out = self.base.switched(same, pressure, values, own)
         else:
             out = self.base.respond(data, pressure, values)
         for effect, theta in zip(self.effects, thetas, strict=True):

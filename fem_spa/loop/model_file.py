@@ -55,8 +55,20 @@ class Source:
     forms: str = "none"
 
     def chain(self, base: Base) -> Chain:
-        """The chain of a base with the file's effects."""
+        """The chain of a base with the file's effects.
+
+        Raises
+        ------
+        InputError
+            where the file's scales are of another number of outputs
+        """
         assert self.scales is not None
+        count = len(self.scales["scale"])
+        if count != len(base.names):
+            raise InputError(
+                f"the model's [scales] are of {count} output(s), the records have {', '.join(base.names)}: "
+                "give records of the outputs that it was diagnosed with"
+            )
         return Chain(base, 1.0, np.zeros(len(base.names)), self.effects, self.thetas, **self.scales)
 
 
@@ -139,7 +151,8 @@ def _scales(path: Path, table: Any, outputs: int) -> dict[str, Any]:
     needed = ("pressure", "response", "rest", "cycles", "seconds")
     if not isinstance(table, Mapping) or set(table) != set(needed):
         raise InputError(f"model {path}: effects need a table [scales] with {', '.join(needed)}")
-    lists = [_numbers(path, key, table[key], outputs) for key in ("response", "rest")]
+    count = len(table["response"]) if isinstance(table["response"], list) else 1
+    lists = [_numbers(path, key, table[key], min(max(count, 1), outputs)) for key in ("response", "rest")]
     spans = [_numbers(path, key, table[key], 1)[0] for key in ("cycles", "seconds")]
     if np.any(lists[0] == 0.0) or min(spans) <= 0.0:
         raise InputError(f"model {path}, scales: response may not be 0, cycles and seconds must be above 0")

@@ -126,6 +126,16 @@ def test_a_model_file_is_simulated_by_the_whole_rod(arm: Data) -> None:
     assert np.abs(told - true).max() < 1e-6
 
 
+def test_a_valve_is_the_same_whatever_else_is_predicted() -> None:
+    # its slew is of the pressures that it was found with; a low record alone once had a quicker valve
+    scales = {"scale": np.ones(3), "rest": np.zeros(3), "p_max": 2e5, "cycles": 1.0, "seconds": 12.0}
+    source = Source(rod(valve=False), (EFFECTS["pressure-lag"],), (np.array([0.0, 2.8, 2.5]),), scales)
+    low = records_of(dict.fromkeys(AXES, "mm"), (80e3, 60e3, 40e3), np.pi / 2)
+    high = records_of(dict.fromkeys(AXES, "mm"), (200e3, 150e3, 100e3), np.pi / 2)
+    alone, beside = predicted(source, low, AXES), predicted(source, [*low, *high], AXES)
+    assert np.abs(alone[0] - beside[0]).max() < 1e-6
+
+
 def test_the_finger_is_itself_with_another_stiffness() -> None:
     # lines over a coarse grid miss the kink of the fast module by a degree and more
     data = data_of({"angle": "deg"}, (70e3, 35e3))

@@ -60,3 +60,19 @@ def test_the_file_as_it_is_passes(tmp_path: Path) -> None:
         str(tmp_path / "o"),
     ]
     assert main(command) == 0
+
+
+def test_scales_may_be_of_some_of_the_outputs(tmp_path: Path, capsys: Any) -> None:
+    """A chain has four outputs; what was diagnosed by its angle has the scales of one."""
+    chain = HEAD.replace('"curve"\nfile = "curve.csv"', '"chain"\nsegments = 5')
+    (tmp_path / "model.toml").write_text(chain + SCALES + FRICTION)
+    rows = "time [s],pressure [kPa],{}\n0,0,0\n1,25,1\n2,50,3\n"
+    for name in ("angle [deg]", "x [mm],y [mm]"):
+        text = rows.format(name)
+        if "," in name:
+            text = text.replace(",0\n", ",0,0\n").replace(",1\n", ",1,1\n").replace(",3\n", ",3,3\n")
+        (tmp_path / "run.csv").write_text(text)
+        command = ["simulate", str(tmp_path / "model.toml"), str(tmp_path / "run.csv")]
+        status = main([*command, "--out", str(tmp_path / "o")])
+        assert status == (0 if "angle" in name else 2)
+    assert "are of 1 output(s), the records have x, y" in capsys.readouterr().err
