@@ -25,7 +25,7 @@ from fem_spa.solid.stability import Stability
 from fem_spa.solid.stop import Stop, give_up
 from fem_spa.solid.system import System, cavity_values
 from fem_spa.solid.walk_memory import Memory, Told, Way, recall, remember, row_memory, state_of
-from fem_spa.solid.walls import Walls
+from fem_spa.solid.walls import WallWatch
 
 SINGLE = "The linear solver kept its factors in single precision, since memory is short"
 STEPS_OF_A_PATH = 20  # largest automatic step: this part of the whole path
@@ -89,7 +89,7 @@ class Walk:
         self.dead = any(loads.gravity) or any(loads.tip_force) or loads.tip_displacement is not None
         self.setup(hold_tip=loads.tip_displacement is not None)
         self.angle = Angle(problem, space)
-        self.walls: Walls | None = None if problem.contact else Walls(space, problem.symmetry)
+        self.walls: WallWatch | None = None if problem.contact else WallWatch(space, problem.symmetry)
         self.cards = CardWatch(problem)
         self.stability = Stability()
         n = len(self.system.cavities)

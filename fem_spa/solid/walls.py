@@ -8,10 +8,13 @@ import numpy as np
 from numba import njit
 from scipy.sparse import csr_matrix
 
-from fem_spa.solid.contact_points import shape_at
+from fem_spa.solid.contact_kernel import opposite
+from fem_spa.solid.contact_points import shape_at, sides
 from fem_spa.solid.space import Space
 from fem_spa.solid.system import AXES
 
+FINE = 6  # parts of a face's edge where walls are near one another
+NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
 _SPLIT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 
 
@@ -29,7 +32,7 @@ class Walls:
         plane_faces = [space.surfaces[name] for name in symmetry]
         on_plane = {tuple(sorted(f[:3])) for faces in plane_faces for f in faces.tolist()}
         keep = np.array([tuple(sorted(f[:3])) not in on_plane for f in space.boundary.tolist()])
-        faces = space.boundary[keep]
+        self.faces = faces = np.ascontiguousarray(space.boundary[keep])
         self._shape: csr_matrix | None = None
         if parts == 2:
             self.triangles = faces[:, _SPLIT].reshape(-1, 3)
@@ -45,10 +48,10 @@ class Walls:
             side = np.sign(space.points[free, i] - level)
             self.planes.append((i, level, free, side))
 
-    def cross(self, position: np.ndarray) -> np.ndarray | None:
+    def cross(self, position: np.ndarray, faces: np.ndarray | None = None) -> np.ndarray | None:
         """(3,) m, a place where two parts of the boundary pass through one another, or None.
 
-        position : (n_nodes, 3) m
+        position : (n_nodes, 3) m;  faces : (n_faces,) bool, those that are looked at, else all
         """
         for i, level, free, side in self.planes:
             depth = (position[free, i] - level) * side
@@ -56,12 +59,51 @@ class Walls:
             if depth[worst] < 0:
                 return position[free[worst]]
         position = position if self._shape is None else self._shape @ position
-        corners = position[self.triangles]
+        triangles = self.triangles
+        if faces is not None:
+            triangles = triangles.reshape(len(faces), -1, 3)[faces].reshape(-1, 3)
+        if len(triangles) == 0:
+            return None
+        corners = position[triangles]
         low, high = corners.min(axis=1), corners.max(axis=1)
         axis = int(np.argmax(high.max(axis=0) - low.min(axis=0)))
         order = np.argsort(low[:, axis], kind="stable")
-        pair = _first_crossing(self.triangles[order], position, low[order], high[order], axis)
+        pair = _first_crossing(triangles[order], position, low[order], high[order], axis)
         return None if pair < 0 else corners[order][pair].mean(axis=0)
+
+
+class WallWatch:
+    """Finds where walls first pass through one another, at every converged state and between two of them.
+
+    Walls that face one another are looked at as nearly curved as they are, the others on their nodes; what
+    crosses there only is looked at closely again, since chords of curved walls may cross where walls do not.
+    """
+
+    def __init__(self, space: Space, symmetry: Mapping[str, str]) -> None:
+        self._coarse, self._fine = Walls(space, symmetry), Walls(space, symmetry, FINE)
+        self._faces = self._coarse.faces
+        self._side = sides(space, self._faces)
+        self._shape = shape_at(NODES)
+        self._which = np.ones((len(self._faces), len(NODES)), dtype=bool)
+        X = space.points[self._faces]
+        self._reach = 0.25 * float(np.ptp(X, axis=1).max(axis=1).mean())
+
+    def cross(self, position: np.ndarray) -> np.ndarray | None:
+        """(3,) m, a place where two parts of the boundary pass through one another, or None.
+
+        position : (n_nodes, 3) m
+        """
+        place = self._fine.cross(position, self._facing(position))
+        if place is None and self._coarse.cross(position) is not None:
+            place = self._fine.cross(position)
+        return place
+
+    def _facing(self, position: np.ndarray) -> np.ndarray:
+        """(n_faces,) bool: faces that have another one opposite, near enough to be in it."""
+        points, others = opposite(self._faces, self._side, self._shape, self._which, position, self._reach)
+        facing = np.zeros(len(self._faces), dtype=bool)
+        facing[points // len(NODES)] = facing[others] = True
+        return facing
 
     def first_crossing(self, before: np.ndarray, after: np.ndarray) -> float:
         """Fraction between two shapes (n_nodes, 3), clean and not, at which walls first touch."""
@@ -86,8 +128,10 @@ def _finer(faces: np.ndarray, n: int, n_nodes: int) -> tuple[np.ndarray, csr_mat
     order = np.argsort(node, axis=-1)
     node = np.take_along_axis(node, order, axis=-1).reshape(-1, 6)
     value = np.take_along_axis(np.broadcast_to(values, (len(faces), *values.shape)), order, axis=-1)
-    key = np.concatenate([node, np.round(1e9 * value).reshape(-1, 6)], axis=1)
-    _, first, number = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    key = np.concatenate([node, np.round(1e9 * value).reshape(-1, 6)], axis=1).astype(np.int64)
+    # a number for each row, from sums that wrap round: sorting rows takes ten times as long
+    mix = np.random.default_rng(0).integers(-(2**62), 2**62, key.shape[1])
+    _, first, number = np.unique(key @ mix, return_index=True, return_inverse=True)
     node, value = node[first], value.reshape(-1, 6)[first]
     shape = csr_matrix(
         (value[node >= 0], (np.repeat(np.arange(len(first)), (node >= 0).sum(axis=1)), node[node >= 0])),

@@ -8,7 +8,7 @@ import pytest
 from fem_spa.solid.path import solve
 from fem_spa.solid.problem import Loads, Problem, StepControl
 from fem_spa.solid.space import build_space
-from fem_spa.solid.walls import Walls
+from fem_spa.solid.walls import Walls, WallWatch
 from geometry.tagged import TaggedMesh
 
 MM = 1e-3
@@ -75,7 +75,7 @@ def test_clean_state_raises_no_alarm(fork, fork_problem):
 def test_arms_pushed_onto_one_another(fork, closing):
     # catches a crossing missed or seen too soon, to a hundredth of the gap
     space = build_space(fork)
-    walls = Walls(space, {})
+    walls = WallWatch(space, {})
     X = space.points
     upper = (X[:, 2] > 4.5 * MM) & (X[:, 0] > 3.1 * MM)
     shift = np.zeros_like(X)
@@ -94,10 +94,27 @@ def test_arms_pushed_onto_one_another(fork, closing):
         assert 1 / 3 * 0.98 < walls.first_crossing(X, X + far) < 1 / 3 * 1.05
 
 
+def test_walls_that_meet_between_their_nodes(fork):
+    # a touch that is late because chords lie behind the curved wall: here its crown is between two nodes
+    space = build_space(fork)
+    X = space.points
+    upper = (X[:, 2] > 4.5 * MM) & (X[:, 0] > 3.1 * MM)
+    crown, before_nodes = 9.25 * MM, 0.3
+    shift = np.zeros_like(X)
+    shift[upper, 2] = GAP * (before_nodes * ((X[upper, 0] - crown) / (1.25 * MM)) ** 2 - 1.2)
+    shift[upper, 1] = 0.017 * MM
+    assert Walls(space, {}).cross(X + shift) is None
+    watch = WallWatch(space, {})
+    assert watch.cross(X + 0.82 * shift) is None
+    place = watch.cross(X + shift)
+    assert place is not None and abs(place[0] - crown) < 1.5 * MM and abs(place[2] - 4 * MM) < 0.5 * MM
+    assert 1 / 1.2 < watch.first_crossing(X, X + shift) < 1.05 / 1.2
+
+
 def test_symmetry_plane_is_a_wall(half_finger):
     # catches a half body that passes through its own mirror image
     space = build_space(half_finger)
-    walls = Walls(space, {"symmetry": "y"})
+    walls = WallWatch(space, {"symmetry": "y"})
     assert walls.cross(space.points) is None
     moved = space.points.copy()
     node = int(np.argmin(np.linalg.norm(moved - MM * np.array([6.0, 4.0, 6.0]), axis=1)))
@@ -116,7 +133,7 @@ def test_touching_pressure_lies_between_the_right_steps(fork, fork_problem):
     assert len(result.warnings) == 1
     assert "kPa" in result.warnings[0] and "touch" in result.warnings[0]
     space = build_space(fork)
-    walls = Walls(space, {})
+    walls = WallWatch(space, {})
     crossed = [walls.cross(space.points + s.displacement) is not None for s in keep.states]
     first = crossed.index(True)
     assert first > 1 and all(crossed[first:])
