@@ -14,12 +14,14 @@ from geometry import SHAPES
 SUMMARY = "arm segment of three tubes and rings, one tube inflated: tip angle, the rod's formula beside it"
 DECK = Path(__file__).with_suffix(".toml")
 
-REMARK = """Their rod takes the force p A_i on the closed end of a tube, and leaves out the pressure
-on its wall: a tube of incompressible rubber under inner pressure also widens and would grow shorter by
-as much as the end's force lengthens it, were it thin: FE has both, and rings that keep it from
-widening. The paper fits E to its own stretching test, so that this is in its E; its chambers are
-elliptical bellows. The same E in plain tubes is not that arm: what agrees with FE here is the section,
-not the bench."""
+REMARK = """What the rod leaves out: it takes the force p A_i on the closed end of a tube and not the pressure
+on its wall. For small strains a closed tube of incompressible rubber keeps its length under inner
+pressure (its strain along is p A_i / (E A) times 1 - 2 nu, and nu is 1/2): it widens, and grows shorter
+by what the end's force lengthens it. In FE a tube lengthens, and the segment bends, only as far as rings
+and ends keep it from widening, and by more a kPa the more it has widened. So the two do not agree,
+neither in size nor in shape. The paper's E is fitted to its arm's stretching by the
+rod's own formula (24), so that it holds for the rod and the arm's elliptical bellows, not for plain tubes.
+The paper prints no angle over pressure (its figures 7 and 8 are of the tip's place): no bench stands here."""
 
 
 def rod_angle(shape: object, modulus: float, pressure: float) -> float:
@@ -53,6 +55,13 @@ def run(out: Path) -> int:
     for row, p, fe, r in zip(outcome.result.rows, pressure, angle, rod, strict=True):
         if row.is_point and p:
             print(f"{p / 1e3:14.0f} {fe:10.2f} {r:11.2f} {fe / r:10.3f}")
+    named = [i for i, row in enumerate(outcome.result.rows) if row.is_point and pressure[i]]
+    parts = [
+        f"{angle[i] / rod[i]:.2f} of the rod's angle at {pressure[i] / 1e3:.0f} kPa "
+        f"({angle[i]:.1f} against {rod[i]:.1f} deg)"
+        for i in (named[0], named[-1])
+    ]
+    print(f"FE has {parts[0]},\n{parts[1]}.")
     print(REMARK)
     draw(
         out / "angle.png",

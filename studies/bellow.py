@@ -14,11 +14,15 @@ SUMMARY = "bellow-driven actuator, -80 to 120 kPa: displacement, and the force o
 DECK = Path(__file__).with_suffix(".toml")
 
 REMARK = """The paper's values between -50 and 90 kPa are its straight lines; of -50 to -80 kPa it says
-only that the bellow is fully retracted there. Here the folds meet at about -48 kPa and then hold one
-another off. What accounts for the difference: the bellow's modulus is not printed (here
-from the hardness, Shore 50 A: a third off is usual), nor what of its height is neck, nor whether a
-convolution is a flank or a wave; the soft layer's modulus is from one point at 22 mm; in the bench the
-bellow rubs on its frame when it retracts, and there is no friction here. The neck is solid: hollow, with
+only that the bellow is fully retracted there. Here the folds meet at about -49 kPa and then hold one
+another off. The bellow's modulus is not printed (here from the hardness, Shore 50 A: a third off is
+usual). What it can close: a softer bellow moves all four figures above towards the paper's, the force
+too, since held at -7 mm it is a pressed spring that pushes without pressure. What it cannot: all four
+at once. Softer by as much as closes -50 kPa, free, it is still short at 90 kPa (above), as it gets stiffer
+while its folds open, where the paper's line is straight; and the slope of the blocked force is an area,
+much the same whatever the modulus. What makes that up is a guess: the shape (what of the height is neck,
+and whether a convolution is a flank or a wave, is not printed either), the soft layer's modulus, from one
+point at 22 mm, or that the bellow rubs on its frame in the bench. The neck is solid: hollow, with
 a wall of 0.8 mm like the rest, its tube gives way at 10 to 11 kPa of vacuum (benchmarks/bellow_stability.py),
 and the bench shows nothing of the kind."""
 
@@ -27,6 +31,9 @@ DISPLACEMENT = ([-50.0, 90.0], [-7.0, 9.0])
 BLOCKED = ([-50.0, 90.0], [0.2, 6.0])
 RETRACTED = "-7 mm"
 """Where the load cell stands: the actuator is blocked at its full retraction."""
+
+SOFTER = 0.8
+"""The factor on the moduli with which the free bellow is at the paper's place at -50 kPa."""
 
 RUNS = {
     "pressure": ["loads.points=12"],
@@ -85,4 +92,26 @@ def tell(move: Curve, force: Curve) -> None:
         cells = (at(*move, p), paper[0], at(*force, p), paper[1])
         texts = [f"{value:.2f}" if np.isfinite(value) else "" for value in cells]
         print(f"{p:14.0f} {texts[0]:>19s} {texts[1]:>12s} {texts[2]:>20s} {texts[3]:>11s}")
+    print(told_by_modulus(move, force))
     print(REMARK)
+
+
+def told_by_modulus(move: Curve, force: Curve) -> str:
+    """The four figures beside the paper's, and what other moduli and no modulus would change of them.
+
+    With all moduli s times as large, shapes are those of the pressure over s, forces s times those there.
+    """
+    low, high = DISPLACEMENT[0]
+    lines = []
+    for words, unit, ours, paper in (("Free", "mm", move, DISPLACEMENT), ("Blocked", "N", force, BLOCKED)):
+        parts = [f"{at(*ours, p):.2f} against {at(*paper, p):g} {unit} at {p:g} kPa" for p in (high, low)]
+        lines.append(f"{words}: {parts[0]}, {parts[1]}.")
+    if min(move[0]) <= low / SOFTER and high / SOFTER <= max(move[0]):
+        parts = [f"{at(*move, p / SOFTER):.2f} mm at {p:g} kPa" for p in (high, low)]
+        lines.append(f"With {SOFTER} of all moduli, free: {parts[0]}, {parts[1]}.")
+    push, line = at(*force, 0.0), at(*BLOCKED, 0.0)
+    area, theirs = (1e3 * (at(*c, high) - at(*c, low)) / (high - low) for c in (force, BLOCKED))
+    held = f"Held at {RETRACTED} it pushes with {push:.2f} N without pressure"
+    lines.append(f"{held} (paper's line: {line:.2f} N).")
+    lines.append(f"The force grows by {area:.1f} mm^2 times the pressure (paper's line: {theirs:.1f} mm^2).")
+    return "\n".join(line for line in lines if "nan" not in line)  # without pressures that were not reached

@@ -18,10 +18,10 @@ OFF = "loads.contact=false"
 FAST = ["loads.pressure='6.6 kPa'", "loads.path=['1 kPa', '2 kPa', '3 kPa', '4 kPa', '5 kPa']"]
 
 REMARK = """The paper of the tripod: "the motion of the actuator starts when the chambers are in
-contact", which its bench shows as abrupt rises and its own FE does not. Here both actuators show it:
-the slope of the angle grows where walls touch, with contact, and does not without. Rises as abrupt as
-the bench's need friction, or chambers that touch one after the other; frictionless walls of equal
-chambers meet together."""
+contact", which its bench shows as abrupt rises and its own FE does not. Here the onset is a bend of the
+curve, not a rise from zero as on the bench: both actuators bend before their walls touch, and the slope
+of the angle grows from there on with contact, and does not without. Why the bench starts at the touch is
+not known here; that its chambers stick (friction) or touch one after the other is a guess."""
 
 
 def run(out: Path) -> int:
@@ -42,9 +42,12 @@ def run(out: Path) -> int:
             columns |= {f"{actuator} {name} [kPa]": pressure, f"{actuator} {name} [deg]": angle}
             touch = touch or outcome.result.touch_pressure
             slope = np.diff(angle) / np.diff(pressure)
+            seen = outcome.result.touch_pressure
+            at = int(np.searchsorted(pressure[1:], seen[cavity] / 1e3)) if seen else 0
             print(
                 f"{actuator}, {name}: {angle[-1]:.1f} deg at {pressure[-1]:.1f} kPa; slope "
-                f"{slope[0]:.2f} deg/kPa at first, {slope.max():.2f} at most"
+                f"{slope[0]:.2f} deg/kPa at first, {slope[max(0, at - 1)]:.2f} before the touch, "
+                f"{slope[at:].max():.2f} at most after it"
             )
             print(cost("  this run", outcome.record))
         if touch:

@@ -68,7 +68,9 @@ def run(out: Path) -> int:
             f"the paper's model says {MODEL} kPa, its bench {BENCH:.0f} kPa.\n"
             f"It first presses {seen.place:.0f} mm from its base; the seventh chamber is at "
             f"{SEVENTH[0]:.0f} to {SEVENTH[1]:.0f} mm.\n"
-            f"Just before the gap closes by {1e6 * rate:.1f} mm a kPa: so much does the finger's seat matter."
+            f"Just before the gap closes by {1e6 * rate:.1f} mm a kPa: to touch at {MODEL} kPa instead the "
+            f"finger would\nhave to sit some {1e3 * rate * (1e3 * MODEL - touch['slow']):.0f} mm further "
+            "away, at that rate."
         )
     last = on_sphere(rows[-1])
     print(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_spa.output.compare import cost
 from fem_spa.run import run_deck
 
 SUMMARY = "slow PneuNet module, nine chambers with common inner walls, to the 80 kPa of its bench"
@@ -20,4 +21,5 @@ def run(out: Path) -> int:
         pressure = 1e-3 * row.pressure["slow"]
         if row.is_point and round(pressure) % 10 == 0:
             print(f"{pressure:14.0f} {np.degrees(row.angle):13.2f} {np.degrees(row.angle) / 9:23.3f}")
+    print(cost("slow_module", outcome.record))
     return outcome.exit_status

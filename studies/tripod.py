@@ -17,6 +17,7 @@ import numpy as np
 from fem_spa.engine import open_engine
 from fem_spa.output.compare import at, cost, draw, table
 from fem_spa.run import run_deck
+from geometry.tripod import CHANNELS
 
 SUMMARY = (
     "printed 3-DoF actuator, one channel to 12 kPa: nonlinear and linear law, gravity, contact on and off"
@@ -27,7 +28,8 @@ REMARK = """What accounts for the difference: all sizes but the length are chose
 in a figure; the table of sizes shows what small changes of them are worth. The density, too, is
 chosen: gravity takes a good quarter of the angle. The printed C1 and C2 make a rubber of 0.72 MPa, the
 printed linear modulus is 3.1 MPa: most of the paper's gap between the two laws is this factor of 4.3,
-not nonlinearity. The bench's friction and creep are not here."""
+not nonlinearity. The bench's friction and creep are not here. The place of the centre line is in the
+paper's figure 3 only, without a number: nothing stands beside ours but the chord, which the paper reckons."""
 
 LENGTH = 0.135
 """m, of the actuator."""
@@ -66,7 +68,8 @@ class Task:
 
 @dataclass(frozen=True)
 class Solved:
-    """What is told of a run: pressures (kPa), angles (deg), touch (kPa), chord (mm), tip face's (rad)."""
+    """What is told of a run: pressures (kPa), angles (deg), touch (kPa), and at the end chord (mm),
+    tip face's angle (rad), its tilt and direction (deg), (3,) tip (mm)."""
 
     name: str
     pressure: list[float]
@@ -74,6 +77,9 @@ class Solved:
     touch: float | None
     chord: float | None
     tip_face: float
+    tilt: float
+    direction: float
+    tip: tuple[float, ...]
     exit_status: int
     record: dict[str, Any]
 
@@ -151,6 +157,9 @@ def solved(task: Task) -> Solved:
         result.touch_pressure["1"] / 1e3 if result.touch_pressure else None,
         1e3 * motion.chord_length if motion is not None else None,
         abs(motion.tip_face) if motion is not None else 0.0,
+        math.degrees(motion.tilt) if motion is not None else math.nan,
+        math.degrees(motion.direction) if motion is not None else math.nan,
+        tuple(1e3 * float(x) for x in result.rows[-1].tip),
         outcome.exit_status,
         outcome.record,
     )
@@ -174,6 +183,13 @@ def tell(main: Solved, columns: dict[str, list[float]]) -> None:
         f"Linear law: {linear:.1f} deg; the paper has {LINEAR:.0f} deg.\n"
         f"Ratio of the two: {full / linear:.1f}; the paper's {THEIRS / LINEAR:.1f}."
     )
+    if math.isfinite(main.direction):
+        print(
+            f"Two axes: the tip leans by {main.tilt:.1f} deg towards {main.direction:.0f} deg "
+            f"(from +x to +y; channel 1 is at {math.degrees(CHANNELS['1']):.0f} deg)."
+        )
+    x, y, z = main.tip
+    print(f"The centre line ends at x {x:.1f}, y {y:.1f}, z {z:.1f} mm (all of it: centre_line.csv).")
     if main.touch:
         print(f"The chambers first touch at {main.touch:.2f} kPa.")
     if main.chord and main.tip_face:

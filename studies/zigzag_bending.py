@@ -14,8 +14,9 @@ DECK = Path(__file__).with_suffix(".toml")
 
 REMARK = """What accounts for the difference: number and width of the chambers are not printed (they
 were chosen by the extension of the linear actuator, not by these angles); the polyurethane's modulus
-falls with strain, and is one number here; printed walls of 0.6 mm are thicker than drawn; T2 and T6 are
-a guess at a figure."""
+falls with strain, and is one number here, stated for strains of some 20 %; T2 and T6 are a guess at a
+figure. Whether printed walls of 0.6 mm are thicker than drawn is a guess, too. The folds touch at their
+own edges, beside the crease in which two chambers meet, not wall on wall."""
 
 # Section IV-D: T1, T2 and T6 have a layer of 0.6 mm. Their figure is not at hand: T2 as two pieces and T6 as
 # six pieces with gaps of a third of their length are what the names suggest.
@@ -37,12 +38,15 @@ RANGE = (350.0, 100.0)
 def run(out: Path) -> int:
     """Solve every case into a folder of its own under `out`; prints and draws the chord angles."""
     curves, costs, status = {}, [], 0
+    print(f"{'':11s}  largest stretch   first touch [kPa]")
     for name, (layer, pieces) in CASES.items():
         folder = name.replace(", ", "_").replace(" ", "")
         changes = [f"geometry.layer='{layer}'", f"geometry.layer_pattern='{pieces}'"]
         outcome = run_deck(DECK, out / folder, changes)
         status = max(status, outcome.exit_status)
-        rows = outcome.result.rows
+        rows, touch = outcome.result.rows, outcome.result.touch_pressure
+        first = f"{touch['main'] / 1e3:.0f}" if touch else "none"
+        print(f"{name:11s} {rows[-1].max_stretch:16.2f} {first:>19s}")
         curves[name] = ([row.pressure["main"] / 1e3 for row in rows], np.degrees([r.angle for r in rows]))
         costs.append(cost(name, outcome.record))
     grid = np.linspace(0.0, RANGE[0], 11)

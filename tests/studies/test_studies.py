@@ -12,6 +12,7 @@ import pytest
 
 import studies
 from fem_spa.cli import main
+from fem_spa.reduced.finger import finger
 from studies.limit_point import sphere_pressure
 
 Study = Callable[..., Any]
@@ -56,6 +57,7 @@ def test_slow_module(study: Study) -> None:
         assert run.status == 0
         assert run.curve["pressure [kPa]"] == [0, 5, 10, 15, 20]
         assert all(np.diff(run.curve["angle [deg]"]) > 0)
+        assert "slow_module: " in run.said and "Newton iterations" in run.said
         angle[chambers] = run.curve["angle [deg]"][-1]
     assert angle[3] - angle[2] == pytest.approx(3.3, abs=0.4)
 
@@ -75,4 +77,8 @@ def test_composite_finger(study: Study) -> None:
     assert (20.0, 13.9) in pairs and pairs[-1] == (24.0, 16.0)
     assert run.curve["angle [deg]"][-1] > run.curve["angle [deg]"][pairs.index((20.0, 13.9))] > 15
     assert "100.4 deg" in run.said
+    one, two = np.degrees(
+        finger(slow_chambers=2, fast_chambers=2).module_angles(np.array([[20e3, 13.9e3]]))[0]
+    )
+    assert f"{one + two:.1f} ({one:.1f} + {two:.1f})" in run.said
     assert "min gap [mm]" in run.curve and "pass through" not in run.said
