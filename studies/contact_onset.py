@@ -51,7 +51,7 @@ def run(out: Path) -> int:
             )
             print(cost("  this run", outcome.record))
         if touch:
-            lines[f"{actuator}: first touch"] = touch[cavity] / 1e3
+            lines[f"{actuator} touches"] = touch[cavity] / 1e3
             print(f"{actuator}: first touch at {touch[cavity] / 1e3:.2f} kPa")
     table(out / "curve.csv", columns)
     title = "What contact does: on and off"

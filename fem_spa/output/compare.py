@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fem_spa.output.files import write_whole
+from fem_spa.output.places import Place, clear
 from fem_spa.output.style import GREY, INK, SERIES, figure, tidy, write_picture
 
 Numbers = Sequence[float] | np.ndarray
@@ -52,23 +53,28 @@ def paint(
         axes.plot(x, y, dashed, marker="o", markersize=3.5, color=colour, linewidth=1.8, label=name)
     for (name, (x, y)), shape in zip((marks or {}).items(), "Xs^", strict=False):
         axes.plot(x, y, shape, color=INK, markersize=8, linestyle="none", label=name, zorder=5)
-    for words, place in (lines or {}).items():
-        axes.axvline(place, color=GREY, linewidth=1.0, linestyle=":")
-        axes.annotate(
-            words,
-            (place, 0.98),
-            xycoords=("data", "axes fraction"),
-            xytext=(3, 0),
-            textcoords="offset points",
-            rotation=90,
-            va="top",
-            fontsize=8,
-            color=GREY,
-        )
     axes.set_title(title)
     axes.set_xlabel(labels[0])
     axes.set_ylabel(labels[1])
     tidy(axes)
+    for words, place in (lines or {}).items():
+        axes.axvline(place, color=GREY, linewidth=1.0, linestyle=":")
+        text = axes.annotate(
+            words,
+            (place, 0.98),
+            (3, 0),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            rotation=90,
+            fontsize=8,
+            color=GREY,
+        )
+        heights = ((0.97, "top"), (0.75, "top"), (0.55, "top"), (0.4, "top"), (0.03, "bottom"))
+        sides = ((3.0, "left"), (-3.0, "right"))
+        places: list[Place] = [
+            ((place, height), (shift, 0.0), side, up) for height, up in heights for shift, side in sides
+        ]
+        clear(axes, text, places, list(curves.values()))
     axes.legend(frameon=False, fontsize=9)
 
 

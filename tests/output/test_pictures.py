@@ -21,7 +21,7 @@ from fem_spa.output.record import record
 from fem_spa.output.render import RenderingFailed
 from fem_spa.output.report import write_report
 from fem_spa.output.shape_picture import ShapePicture, _title
-from fem_spa.output.style import figure
+from fem_spa.output.style import SERIES, figure
 from fem_spa.output.surface import on_paper, outside
 from fem_spa.output.words import all_warnings, highest, number, outcome, pressures, verdict
 from fem_spa.solid.problem import Motion, Row
@@ -202,6 +202,29 @@ def test_a_held_tip_tells_its_force(
     assert picture(tmp_path / "curve.png").shape[1] < 1300  # one panel
     pushed = make_problem(loads=replace(problem.loads, tip_displacement=(-7e-3, 0.0, 0.0)))
     assert "moved by -7 mm and the held" in outcome(pushed, moved(rows[-1], -7e-3, 0.0))
+
+
+SEEN = {
+    "all": np.eye(3),
+    "no red": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "no green": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "no blue": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+}
+"""What linear RGB becomes for those who do not see a colour (Machado, Oliveira, Fernandes 2009, severity 1)."""
+
+
+@pytest.mark.parametrize("eyes", SEEN)
+def test_colours_of_curves_stay_apart(eyes: str) -> None:
+    """In CIELAB, where 2 is seen side by side: 16 and more; 4 had been two browns of one plot."""
+    rgb = np.array([[int(name[i : i + 2], 16) / 255 for i in (1, 3, 5)] for name in SERIES])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    xyz = np.clip(linear @ np.transpose(SEEN[eyes]), 0, 1) @ np.transpose(
+        [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8728]]
+    )
+    f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    lab = np.column_stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])])
+    apart = np.linalg.norm(lab[:, None] - lab[None], axis=2) + 1e3 * np.eye(len(lab))
+    assert len(SERIES) == 7 and apart.min() > 15
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
