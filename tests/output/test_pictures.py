@@ -210,7 +210,7 @@ SEEN = {
     "no green": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
     "no blue": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
 }
-"""What linear RGB becomes for those who do not see a colour (Machado, Oliveira, Fernandes 2009, severity 1)."""
+"""What linear RGB becomes for those who do not see a colour (Machado and others 2009, severity 1)."""
 
 
 @pytest.mark.parametrize("eyes", SEEN)
