@@ -22,7 +22,19 @@ from materials.units import factor, quantity
 
 FOLDER = Path(__file__).parent / "cards"
 MODES = ("uniaxial", "equibiaxial", "planar")
-_KEYS = ("name", "law", "parameters", "density", "bulk", "source", "note", "fit", "stability", "inelastic")
+_KEYS = (
+    "name",
+    "law",
+    "parameters",
+    "density",
+    "bulk",
+    "source",
+    "note",
+    "trusted_stretch",
+    "fit",
+    "stability",
+    "inelastic",
+)
 _LAW_KIND = {"Pa": "pressure", "1": "number"}
 
 
@@ -40,6 +52,8 @@ class Card:
     density : kg/m^3, None where nobody stated it
     source : citation, or the test files with their sha256, one a line
     note : what to know before use
+    trusted_stretch : least and largest principal stretch for which stated, not fitted, numbers are meant;
+        None where nobody said, and where there are tests (`stretch_range` holds theirs)
     fit : modes, r2, rmse (Pa), stretch_range, as read
     stability : `stable` and mode -> (low, high), as read
     inelastic : `[inelastic]` table as read
@@ -54,6 +68,7 @@ class Card:
     density: float | None = None
     source: str = ""
     note: str = ""
+    trusted_stretch: tuple[float, float] | None = None
     fit: Mapping[str, Any] = field(default_factory=dict)
     stability: Mapping[str, Any] = field(default_factory=dict)
     inelastic: Mapping[str, Any] = field(default_factory=dict)
@@ -160,6 +175,7 @@ def parse_card(table: Mapping[str, Any], where: str, path: Path | None = None) -
         density=density,
         source=_source(table.get("source", "")),
         note=str(table.get("note", "")),
+        trusted_stretch=_trusted(table, where),
         fit=_table(table, "fit", where),
         stability=_table(table, "stability", where),
         inelastic=_table(table, "inelastic", where),
@@ -220,18 +236,38 @@ def _parameter(row: object, kind: str, what: str) -> tuple[float, tuple[float, f
     return value, None if low is None or high is None else (low, high)
 
 
+def _trusted(table: Mapping[str, Any], where: str) -> tuple[float, float] | None:
+    value = table.get("trusted_stretch")
+    if value is None:
+        return None
+    if not _is_range(value) or not value[0] <= 1.0 <= value[1]:
+        raise MaterialError(
+            f"{where}: trusted_stretch is {value!r}; [low, high] with 0 < low <= 1 <= high is needed"
+        )
+    if "stretch_range" in _table(table, "fit", where):
+        raise MaterialError(
+            f"{where}: trusted_stretch is for stated numbers, and [fit] stretch_range for fitted ones; "
+            "leave one of them out"
+        )
+    return float(value[0]), float(value[1])
+
+
+def _is_range(value: object) -> bool:
+    return (
+        isinstance(value, list | tuple)
+        and len(value) == 2
+        and all(isinstance(v, int | float) and not isinstance(v, bool) for v in value)
+        and 0 < value[0] <= value[1]
+    )
+
+
 def _check_ranges(card: Card, where: str) -> None:
     ranges = {f"[stability] {mode}": card.stability.get(mode) for mode in MODES}
     ranges["[fit] stretch_range"] = card.fit.get("stretch_range")
     for what, value in ranges.items():
         if value is None:
             continue
-        if (
-            not isinstance(value, list | tuple)
-            or len(value) != 2
-            or not all(isinstance(v, int | float) for v in value)
-            or not 0 < value[0] <= value[1]
-        ):
+        if not _is_range(value):
             raise MaterialError(f"{where}: {what} is {value!r}; [low, high] with 0 < low <= high is needed")
     if not isinstance(card.stable, bool | None):
         raise MaterialError(f"{where}: [stability] stable is {card.stable!r}; true or false is needed")

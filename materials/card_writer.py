@@ -30,6 +30,8 @@ def card_toml(card: Card, folder: Path | None = None) -> str:
     lines.append(f"source = {_value(sources if len(sources) > 1 else card.source)}")
     if card.note:
         lines.append(f"note = {_value(card.note)}")
+    if card.trusted_stretch is not None:
+        lines.append(f"trusted_stretch = {_value(card.trusted_stretch)}")
     lines.append("\n[parameters]")
     for name, value in card.parameters.items():
         scale, unit = (1e6, "MPa") if card.law.parameters[name] == "Pa" else (1.0, "1")

@@ -16,7 +16,10 @@ HAIR = 1e-3
 
 def principal_range(card: Card) -> tuple[float, float] | None:
     """Least and greatest principal stretch in the tests behind the card, sideways ones included: a
-    uniaxial test to 3 also squeezes to 3^-1/2. None where the card states no range."""
+    uniaxial test to 3 also squeezes to 3^-1/2. Of a card without tests those it is meant for, as it states
+    them. None where the card states no range."""
+    if card.trusted_stretch is not None:
+        return card.trusted_stretch
     if card.stretch_range is None:
         return None
     ends = np.array(card.stretch_range)
@@ -26,7 +29,7 @@ def principal_range(card: Card) -> tuple[float, float] | None:
 
 
 def beyond(card: Card, I1: Array, I2: Array) -> Array:
-    """Where the largest or smallest principal stretch leaves the tests' range.
+    """Where the largest or smallest principal stretch leaves the card's `principal_range`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Watches whether elements stay within what the tests behind a card have shown of its rubber."""
+"""Watches whether elements stay within what a card's tests have shown, or stated numbers are meant for."""
 
 from __future__ import annotations
 
@@ -30,10 +30,14 @@ class CardWatch:
                 del self.ranged[name]
                 low, high = principal_range(card) or (1.0, 1.0)
                 worst = int(np.argmax(np.where(outside, I1, 0.0))) // I1.shape[1]
-                out.append(
-                    f"From {at} on, {system.place(first + worst)} is stretched beyond the tests of card "
-                    f"'{card.name}' (stretches {low:.2f} to {high:.2f}): there the law is a guess."
-                )
+                place, stretches = system.place(first + worst), f"(stretches {low:.2f} to {high:.2f})"
+                what = f"the tests of card '{card.name}' {stretches}: there the law is a guess."
+                if card.trusted_stretch is not None:
+                    what = (
+                        f"what card '{card.name}' is meant for {stretches}: its numbers are stated, "
+                        "not fitted, and a guess there."
+                    )
+                out.append(f"From {at} on, {place} is stretched beyond {what}")
         for name, card in list(self.stable.items()):
             I1, I2, first = system.region_invariants(name)
             weak = unstable(card, I1, I2)

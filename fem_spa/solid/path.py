@@ -434,8 +434,9 @@ class Walk:
             before = self.state.displacement if self.state else np.zeros_like(displacement)
             last = self.rows[-1].pressure if self.rows else {name: 0.0 for name in pressure}
             part = self.walls.first_crossing(self.space.points + before, position)
-            self.touch = {name: last[name] + part * (pressure[name] - last[name]) for name in pressure}
-            at = ", ".join(f"{name} {1e-3 * p:.3g} kPa" for name, p in self.touch.items())
+            crossing = {name: last[name] + part * (pressure[name] - last[name]) for name in pressure}
+            self.touch = self.touch or crossing  # an obstacle may have been touched before
+            at = ", ".join(f"{name} {1e-3 * p:.3g} kPa" for name, p in crossing.items())
             where = ", ".join(f"{1e3 * c:.0f}" for c in place)
             if self.steps.stop_at_touch and not self.rows:
                 raise Stop("limit", f"walls touch under the dead loads alone, near ({where}) mm")

@@ -58,7 +58,7 @@ class Walls:
             worst = int(np.argmin(depth))
             if depth[worst] < 0:
                 return position[free[worst]]
-        position = position if self._shape is None else self._shape @ position
+        position = self._corners(position)
         triangles = self.triangles
         if faces is not None:
             triangles = triangles.reshape(len(faces), -1, 3)[faces].reshape(-1, 3)
@@ -70,6 +70,13 @@ class Walls:
         order = np.argsort(low[:, axis], kind="stable")
         pair = _first_crossing(triangles[order], position, low[order], high[order], axis)
         return None if pair < 0 else corners[order][pair].mean(axis=0)
+
+    def _corners(self, position: np.ndarray) -> np.ndarray:
+        return position if self._shape is None else self._shape @ position
+
+    def points(self, position: np.ndarray) -> np.ndarray:
+        """(n, 3) m, the triangles' corners where the nodes are at position (n_nodes, 3) m."""
+        return self._corners(position)[np.unique(self.triangles)]
 
 
 class WallWatch:

@@ -63,6 +63,15 @@ def test_card_by_path_and_back(tmp_path: Path) -> None:
     assert dict(again.parameters) == pytest.approx(dict(card.parameters), rel=1e-11)
 
 
+def test_a_stated_range_comes_back(tmp_path: Path) -> None:
+    card = load_card("tpu-95a")
+    assert card.trusted_stretch == (0.8, 1.2) and card.stretch_range is None
+    path = tmp_path / "x.toml"
+    path.write_text(card_toml(card, tmp_path), encoding="utf-8")
+    assert load_card(path).trusted_stretch == (0.8, 1.2)
+    assert load_card("ar-g1l").trusted_stretch is None
+
+
 @pytest.mark.parametrize(
     "old, new, words",
     [
@@ -78,6 +87,9 @@ def test_card_by_path_and_back(tmp_path: Path) -> None:
         ("[fit]", "[fitt]", 'did you mean "fit"'),
         ("[1.0, 2.5]", "[2.5, 1.0]", "low <= high"),
         ("[parameters]", "[parameters", "not valid TOML"),
+        ("[parameters]", "trusted_stretch = [1.1, 1.2]\n[parameters]", "low <= 1 <= high"),
+        ("[parameters]", "trusted_stretch = 0.2\n[parameters]", "trusted_stretch is 0.2"),
+        ("[parameters]", "trusted_stretch = [0.8, 1.2]\n[parameters]", "leave one of them out"),
     ],
 )
 def test_wrong_cards_are_refused_in_one_line(tmp_path: Path, old: str, new: str, words: str) -> None:

@@ -30,6 +30,15 @@ def test_a_card_without_range_says_nothing() -> None:
     assert not beyond(load_card("ar-g1l"), *at("uniaxial", 1.0, 9.0)).any()
 
 
+def test_a_stated_modulus_is_trusted_as_far_as_its_card_says() -> None:
+    # The range is of the principal stretches themselves: no test whose sideways stretches would count.
+    card = load_card("tpu-95a")
+    assert principal_range(card) == (0.8, 1.2)
+    assert beyond(card, *at("uniaxial", 1.19, 1.21, 0.81, 0.79)).tolist() == [False, True, False, True]
+    # Equibiaxial to 1.15 squeezes to 0.76.
+    assert beyond(card, *at("equibiaxial", 1.1, 1.15)).tolist() == [False, True]
+
+
 def test_unstable_elements() -> None:
     bad = replace(CARD, law=LAWS["mooney-rivlin"], parameters={"C10": 1.5e5, "C01": -4e4})
     I1, I2 = at("equibiaxial", 1.0, 1.4, 1.6)
