@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fem_spa.solid.obstacles import Plane
 from fem_spa.solid.path import solve
 from fem_spa.solid.problem import Loads, Problem, StepControl
 from fem_spa.solid.space import build_space
@@ -146,6 +147,18 @@ def test_touching_pressure_lies_between_the_right_steps(fork, fork_problem):
     assert gaps[0] == pytest.approx(GAP, rel=1e-9)
     assert 0 < gaps[first - 1] < 0.2 * GAP
     assert gaps[first] < 0.05 * GAP
+
+
+def test_an_obstacle_touched_before_walls_cross_stays_the_first_touch(fork_problem):
+    # catches a first touch of the obstacle that is forgotten where walls cross later
+    below = (Plane((0, 0, -0.05 * MM), (0, 0, 1)),)
+    result = solve(replace(fork_problem(6e4), obstacles=below), StepControl(imposed_steps=20))
+    crossing = [text for text in result.warnings if "Contact is not modelled" in text]
+    assert len(crossing) == 1
+    crossed = 1e3 * float(crossing[0].split(" kPa")[0].split()[-1])
+    assert result.touch_pressure["main"] < 0.5 * crossed
+    touched = [row for row in result.rows if row.pressure["main"] >= result.touch_pressure["main"]]
+    assert np.linalg.norm(touched[0].obstacle_force) > 0
 
 
 @pytest.mark.parametrize("turned", [False, True])
