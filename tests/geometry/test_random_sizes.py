@@ -14,7 +14,10 @@ from geometry import GeometryError
 from geometry.parameters import parameters
 
 FINENESS = (0.7, 1.0, 1.6)
-"""Every draw is meshed at one of these times its element size."""
+"""Times the element size: a draw is meshed at one of them, every shape as it comes at all."""
+
+LARGE = ("tripod", "arm-segment")
+"""Shapes whose default mesh takes seconds: for them a small draw is meshed at all three, too."""
 
 
 def draws(count):
@@ -40,10 +43,14 @@ def valid(shape):
 
 
 def sound(shape, size):
-    """Mesh a valid shape; the mesh has passed all checks of geometry.checks then, and no group is lost."""
+    """Mesh a valid shape; the mesh has passed all checks of geometry.checks then, and no group is lost.
+
+    Returns the number of elements.
+    """
     mesh = shape.mesh(size)
     assert set(mesh.surfaces) == set(shape.surface_names())
     assert set(mesh.volumes) == set(shape.volume_names())
+    return len(mesh.tets)
 
 
 @st.composite
@@ -203,6 +210,30 @@ def test_every_shape_is_drawn():
 @pytest.mark.parametrize("name", DRAWN)
 def test_valid_sizes_mesh(name):
     mesh_random(name, 5)
+
+
+def at_three_sizes(shape, size):
+    elements = [sound(shape, size * fineness) for fineness in FINENESS]
+    assert elements[0] > elements[1] > elements[2]
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in LARGE else n for n in geometry.SHAPES]
+)
+def test_every_shape_meshes_at_three_sizes(name):
+    """As it comes, at times its own element size."""
+    shape = geometry.SHAPES[name]()
+    at_three_sizes(shape, shape.default_size)
+
+
+@pytest.mark.parametrize("name", LARGE)
+def test_a_small_one_of_a_large_shape_meshes_at_three_sizes(name):
+    @draws(1)
+    @given(DRAWN[name].filter(lambda drawn: valid(drawn[0])))
+    def check(drawn):
+        at_three_sizes(*drawn)
+
+    check()
 
 
 @pytest.mark.slow
