@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.loop.classes import FAMILY
+from benchmarks.loop.classes import FAMILY, same_class
 from benchmarks.loop.counts import Row, claims, counted, share, table, unexplained, visible
 from benchmarks.loop.signature import clauses, fits, leads
 from benchmarks.loop.tables import rows_of
@@ -16,7 +16,9 @@ WORDS = """The family of the effect was taken out of the library. A signature fi
 (`benchmarks/loop/signature.py`): loops between rise and fall for what is rate-independent; held commands and
 the last seconds for creep and leaks; small while held, rate, fractions of a second for lags; the pressure
 itself for structure, saturation and thresholds; cycle, time or the largest pressure so far for history. The
-last column is what chance would give: how often those words stand in the signatures of the other families."""
+last column is what chance would give: how often those words stand in the signatures of the other families.
+A classmate (as viscous-lag of pressure-lag) is of another family, so still in the library, and one output
+does not tell it apart: to name it and nothing else is no error, but no test of `unexplained` either."""
 
 
 def left_out(folders: Sequence[Path]) -> dict[str, list[Row]]:
@@ -50,13 +52,15 @@ def families(found: Mapping[str, Sequence[Row]]) -> str:
             (
                 family,
                 share(rows, unexplained),
-                counted(r["effects"] for r in rows if claims(r)),
+                counted(r["effects"] for r in rows if near(r)),
+                counted(r["effects"] for r in rows if claims(r) and not near(r)),
                 share(told, _fits),
                 share(told, lambda r: leads(r["truth"], r["signature"])),
                 by_chance(rows, every),
             )
         )
-    heading = ("family", "unexplained", "named", "signature fits", "its first words do", "by chance")
+    named = ("named: a classmate", "named: another")
+    heading = ("family", "unexplained", *named, "signature fits", "its first words do", "by chance")
     cases = [
         (r["truth"], f"{100 * float(r['target']):g} %", _verdict(r), "; ".join(clauses(r["signature"])))
         for r in every
@@ -79,6 +83,11 @@ def _verdict(row: Row) -> str:
     if not unexplained(row):
         return row["verdict"]
     return "unexplained, fits" if _fits(row) else "unexplained, does not fit"
+
+
+def near(row: Row) -> bool:
+    """Whether a classmate of the effect is named, and nothing else."""
+    return claims(row) and row["effects"] in same_class(row["truth"], row["protocol"] == "D+")
 
 
 def by_chance(rows: Sequence[Row], every: Sequence[Row]) -> str:
