@@ -195,9 +195,10 @@ def test_signatures_are_read_from_reports_of_an_older_scorer(tmp_path: Path) -> 
     assert "| rate-independent | 100 % (2 of 2; 16 to 100) |  |  | 50 % (1 of 2; 1 to 99) | 50 %" in text
     lag = row("single-5", truth="pressure-lag", verdict="attributed", effects="viscous-lag", signature="")
     others = [lag, lag | {"effects": "viscous-lag+inertia"}, lag | {"protocol": "D+"}]
-    told = families({"pneumatic": others})
+    short = families({"pneumatic": others})
     assert (
-        "| pneumatic | 0 % (0 of 3; 0 to 71) | viscous-lag 1 | viscous-lag+inertia 1, viscous-lag 1 |" in told
+        "| pneumatic | 0 % (0 of 3; 0 to 71) | viscous-lag 1 | viscous-lag+inertia 1, viscous-lag 1 |"
+        in short
     )
     assert "| creep | 3 % | unexplained, fits | it is largest while the command is held; no number" in text
     page = tmp_path / "loop.md"
