@@ -59,4 +59,8 @@ def leaves(outcome: Outcome) -> str:
     last = f"{rows[-1].max_stretch:.2f} at {rows[-1].pressure['main'] / 1e3:.0f} kPa"
     if first is None:
         return f"Largest stretch: {last}, within the card's."
-    return f"Largest stretch: above {STATED} from {first.pressure['main'] / 1e3:.0f} kPa on, {last}."
+    begin = f"{first.pressure['main'] / 1e3:.0f} kPa"
+    return (
+        f"Largest principal stretch: above {STATED} from {begin} on, {last}. (The card's warning comes a little "
+        "later, where the invariants leave those of such stretches.)"
+    )
