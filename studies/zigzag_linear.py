@@ -61,6 +61,6 @@ def leaves(outcome: Outcome) -> str:
         return f"Largest stretch: {last}, within the card's."
     begin = f"{first.pressure['main'] / 1e3:.0f} kPa"
     return (
-        f"Largest principal stretch: above {STATED} from {begin} on, {last}. (The card's warning comes a little "
+        f"Largest principal stretch: above {STATED} from {begin} on, {last}. (The card's warning comes "
         "later, where the invariants leave those of such stretches.)"
     )
