@@ -66,7 +66,7 @@ def test_zigzag_linear_extends(small: Callable[..., str]) -> None:
     stroke = columns("out/curve.csv")["extension [mm]"]
     assert stroke[0] == 0.0 and all(np.diff(stroke) > 0) and 0.4 * 40 / 11 < stroke[-1] < 1.3 * 40 / 11
     assert "40 mm" in said and Path("out/extension.png").is_file()
-    assert "Largest stretch: above 1.2 from" in said
+    assert "Largest principal stretch: above 1.2 from" in said
     assert "the tip has moved by" in Path("out/report.html").read_text(encoding="utf-8")
 
 
