@@ -14,6 +14,13 @@ SCALES = '[scales]\npressure = "50 kPa"\nresponse = [0.7]\nrest = [0.0]\ncycles 
 FRICTION = "[effects.friction]\nstick = 0.02\nrub = 0.0\nhold = 0.9\nspread = 0.4\n"
 
 
+def write(folder: Path, model: str) -> None:
+    """The model file, its curve and a record."""
+    (folder / "curve.csv").write_text("pressure [kPa],angle [deg]\n0,0\n25,15\n50,40\n")
+    (folder / "model.toml").write_text(model)
+    (folder / "run.csv").write_text("time [s],pressure [kPa],angle [deg]\n0,0,0\n1,25,15\n2,50,39\n")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -32,9 +39,7 @@ FRICTION = "[effects.friction]\nstick = 0.02\nrub = 0.0\nhold = 0.9\nspread = 0.
 def test_a_wrong_model_file_is_one_line(tmp_path: Path, capsys: Any, old: str, new: str, words: str) -> None:
     text = HEAD + SCALES + FRICTION
     assert old in text
-    (tmp_path / "curve.csv").write_text("pressure [kPa],angle [deg]\n0,0\n25,15\n50,40\n")
-    (tmp_path / "model.toml").write_text(text.replace(old, new))
-    (tmp_path / "run.csv").write_text("time [s],pressure [kPa],angle [deg]\n0,0,0\n1,25,15\n2,50,39\n")
+    write(tmp_path, text.replace(old, new))
     command = [
         "simulate",
         str(tmp_path / "model.toml"),
@@ -49,9 +54,7 @@ def test_a_wrong_model_file_is_one_line(tmp_path: Path, capsys: Any, old: str, n
 
 
 def test_the_file_as_it_is_passes(tmp_path: Path) -> None:
-    (tmp_path / "curve.csv").write_text("pressure [kPa],angle [deg]\n0,0\n25,15\n50,40\n")
-    (tmp_path / "model.toml").write_text(HEAD + SCALES + FRICTION)
-    (tmp_path / "run.csv").write_text("time [s],pressure [kPa],angle [deg]\n0,0,0\n1,25,15\n2,50,39\n")
+    write(tmp_path, HEAD + SCALES + FRICTION)
     command = [
         "simulate",
         str(tmp_path / "model.toml"),
