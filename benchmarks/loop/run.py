@@ -23,6 +23,19 @@ LIMIT = 1800.0
 """s, after which a case is given up."""
 
 
+def ended(words: Sequence[str], limit: float) -> tuple[int, str]:
+    """Exit status and messages of Python on one thread; -9 after `limit` s."""
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    command = [sys.executable, *words]
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=limit, check=False, env={**os.environ, **threads}
+        )
+    except subprocess.TimeoutExpired:
+        return -9, f"not done after {limit:g} s"
+    return done.returncode, done.stderr
+
+
 def run_cases(
     out: Path,
     tier: str,
@@ -75,18 +88,7 @@ def run_case(out: Path, case: Case, without: Sequence[str] = (), keep: bool = Tr
         words += ["--holdout", *(str(folder / r) for r in truth["holdout"])]
     words += ["--seed", str(case.seed), "--out", str(result)]
     begin = time.perf_counter()
-    try:
-        done = subprocess.run(
-            [sys.executable, "-c", program(without), *words],
-            capture_output=True,
-            text=True,
-            timeout=LIMIT,
-            check=False,
-            env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
-        )
-        status, said = done.returncode, done.stderr
-    except subprocess.TimeoutExpired:
-        status, said = -9, f"not done after {LIMIT:g} s"
+    status, said = ended(["-c", program(without), *words], LIMIT)
     try:
         row = score(truth, result, status, time.perf_counter() - begin, said)
     except (KeyError, TypeError, ValueError) as error:

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import datetime
 import json
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,6 +19,7 @@ from benchmarks.loop.files import BEGIN
 from benchmarks.loop.kinds import KINDS, Bench, Kind, draw, fem_rows
 from benchmarks.loop.noise import draw_noise, measured
 from benchmarks.loop.rubber import RUBBER
+from benchmarks.loop.run import ended
 from benchmarks.loop.score import matched
 from benchmarks.loop.sensing import SENSING
 from benchmarks.loop.supply import SUPPLY
@@ -88,18 +86,7 @@ def run_bench(out: Path, name: str, seed: int, effect: str | None, jobs_page: bo
     words += ["--holdout", *map(str, held)] if held else []
     words += ["--seed", str(seed), "--out", str(result)]
     begin = time.perf_counter()
-    try:
-        done = subprocess.run(
-            [sys.executable, "-m", "fem_spa.cli", *words],
-            capture_output=True,
-            text=True,
-            timeout=LIMIT,
-            check=False,
-            env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
-        )
-        status, told = done.returncode, done.stderr
-    except subprocess.TimeoutExpired:
-        status, told = -9, f"not done after {LIMIT:g} s"
+    status, told = ended(["-m", "fem_spa.cli", *words], LIMIT)
     row: dict[str, Any] = dict.fromkeys(COLUMNS, "")
     row |= {
         "name": label,

@@ -29,11 +29,13 @@ class Certificate:
     names : testable effects
     visible : (k,) share of an effect's typical response that the refit of the base leaves
     distance : (k, k) row i: what of effect i no amount of effect j reproduces, 0 to 1
+    squares : (atoms,) sum of squares of each atom that the refit of the base leaves, SI
     """
 
     names: tuple[str, ...]
     visible: np.ndarray
     distance: np.ndarray
+    squares: np.ndarray
 
 
 def certificate(atoms: Atoms, data: Data, runs: tuple[int, ...], names: Sequence[str]) -> Certificate:
@@ -50,33 +52,32 @@ def certificate(atoms: Atoms, data: Data, runs: tuple[int, ...], names: Sequence
         visible[i] = float(np.median(size))
         for j, other in enumerate(groups):
             distance[i, j] = 0.0 if i == j else _distance(small, columns, groups[other])
-    return Certificate(tuple(groups), visible, distance)
+    return Certificate(tuple(groups), visible, distance, np.maximum(np.diag(small)[:-1], 0.0))
 
 
 def limits(
-    atoms: Atoms, whiten: Whitener, threshold: float, names: Sequence[str], named: Sequence[Freedom]
+    given: Certificate, atoms: Atoms, whiten: Whitener, threshold: float, named: Sequence[Freedom]
 ) -> dict[str, float]:
     """Smallest visible RMS of each effect that would have been detected, SI unit of the output.
 
     Parameters
     ----------
+    given : of the same atoms
     threshold : score from which something is detected
     named : what of the effects that are named may give way, and so take over for others
     """
-    taken = [free.columns for free in named]
+    taken = [way.columns for way in named]
     wider = replace(atoms, rows=np.dstack([atoms.rows[:, :, :-1], *taken, atoms.rows[:, :, -1:]]))
     free = [np.zeros(atoms.rows.shape[2] - 1)]
-    for given in named:
-        free += [np.zeros(given.columns.shape[2] - len(given.sizes)), np.maximum(given.sizes, 1e-9) ** -2.0]
-    flat = Whitener(whiten.data, Noise(1.0, 1e-6, 1.0, 0.0, 0.0), whiten.response, whiten.runs)
-    small = reduced(sums(atoms, flat).total, atoms.count)
+    for way in named:
+        free += [np.zeros(way.columns.shape[2] - len(way.sizes)), np.maximum(way.sizes, 1e-9) ** -2.0]
     turned = reduced(sums(wider, whiten).total + np.diag(np.concatenate([*free, [0.0]])), atoms.count)
     samples = float(np.sum(whiten.data.train)) * whiten.data.output.shape[1]
     found = {}
-    for name, groups in _groups(atoms, names).items():
+    for name, groups in _groups(atoms, given.names).items():
         columns = np.concatenate(groups)
         strength = np.maximum(np.diag(turned)[columns], 1e-300)
-        rms = np.sqrt(np.maximum(np.diag(small)[columns], 0.0) / samples)
+        rms = np.sqrt(given.squares[columns] / samples)
         found[name] = float(np.median(np.sqrt(threshold / strength) * rms))
     return found
 

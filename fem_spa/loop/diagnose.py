@@ -222,7 +222,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
     named = [best] if decision.chosen else []
     named += [own_chain(source, chain, searched)] if source.effects else []
     free = [freedom(c, searched) for c in named]
-    seen_from = limits(found.atoms, replace(whiten, data=searched), found.limit, report_card.names, free)
+    seen_from = limits(report_card, found.atoms, replace(whiten, data=searched), found.limit, free)
     floor = _floor(after, data, whiten)
     full = case.full
     rows = [_at(case, c.predict(full)) for c in (chain, after)]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from loop_bench import curve, duhem, rubbing, write_case
 
-from fem_spa.loop.certificate import limits
+from fem_spa.loop.certificate import certificate, limits
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
@@ -102,7 +102,8 @@ def test_what_is_named_hides_its_neighbours(tmp_path: Path) -> None:
     base = chain.with_effects([], [])
     names = ["friction", "creep", "saturation"]
     atoms = make_atoms(base, data, [EFFECTS[n] for n in names])
-    alone = limits(atoms, whiten, 15.0, names, [])
-    beside = limits(atoms, whiten, 15.0, names, [freedom(chain, data)])
+    card = certificate(atoms, data, train_runs(data), names)
+    alone = limits(card, atoms, whiten, 15.0, [])
+    beside = limits(card, atoms, whiten, 15.0, [freedom(chain, data)])
     growth = {n: beside[n] / alone[n] for n in names}
     assert growth["friction"] > 2.0 and growth["friction"] > growth["saturation"] >= 1.0, growth

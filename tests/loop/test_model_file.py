@@ -21,6 +21,12 @@ def write(folder: Path, model: str) -> None:
     (folder / "run.csv").write_text("time [s],pressure [kPa],angle [deg]\n0,0,0\n1,25,15\n2,50,39\n")
 
 
+def simulate(folder: Path) -> int:
+    """Exit status of `fem-spa simulate` on them, into `folder`/o."""
+    given = [str(folder / name) for name in ("model.toml", "run.csv")]
+    return main(["simulate", *given, "--out", str(folder / "o")])
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -40,14 +46,7 @@ def test_a_wrong_model_file_is_one_line(tmp_path: Path, capsys: Any, old: str, n
     text = HEAD + SCALES + FRICTION
     assert old in text
     write(tmp_path, text.replace(old, new))
-    command = [
-        "simulate",
-        str(tmp_path / "model.toml"),
-        str(tmp_path / "run.csv"),
-        "--out",
-        str(tmp_path / "o"),
-    ]
-    assert main(command) == 2
+    assert simulate(tmp_path) == 2
     lines = capsys.readouterr().err.strip().splitlines()
     assert len(lines) == 1 and words in lines[0], lines
     assert not (tmp_path / "o").exists()
@@ -55,14 +54,7 @@ def test_a_wrong_model_file_is_one_line(tmp_path: Path, capsys: Any, old: str, n
 
 def test_the_file_as_it_is_passes(tmp_path: Path) -> None:
     write(tmp_path, HEAD + SCALES + FRICTION)
-    command = [
-        "simulate",
-        str(tmp_path / "model.toml"),
-        str(tmp_path / "run.csv"),
-        "--out",
-        str(tmp_path / "o"),
-    ]
-    assert main(command) == 0
+    assert simulate(tmp_path) == 0
 
 
 def test_scales_may_be_of_some_of_the_outputs(tmp_path: Path, capsys: Any) -> None:
@@ -75,7 +67,5 @@ def test_scales_may_be_of_some_of_the_outputs(tmp_path: Path, capsys: Any) -> No
         if "," in name:
             text = text.replace(",0\n", ",0,0\n").replace(",1\n", ",1,1\n").replace(",3\n", ",3,3\n")
         (tmp_path / "run.csv").write_text(text)
-        command = ["simulate", str(tmp_path / "model.toml"), str(tmp_path / "run.csv")]
-        status = main([*command, "--out", str(tmp_path / "o")])
-        assert status == (0 if "angle" in name else 2)
+        assert simulate(tmp_path) == (0 if "angle" in name else 2)
     assert "are of 1 output(s), the records have x, y" in capsys.readouterr().err

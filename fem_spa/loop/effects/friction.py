@@ -15,7 +15,7 @@ def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
     A spring of stiffness `hold` (the actuator's own is 1) holds back `hold` of the motion until it slides.
     Places let go one after the other (Iwan, Journal of Applied Mechanics 33, 893, 1966): their stiffnesses
     are `hold` times a log-normal number, of the deviation `spread`. Above 1 the output runs on a little after
-    a reversal, as pre-stressed walls that let go do.
+    a reversal.
     """
     stick, rub, hold, spread = theta
     if stick == 0.0 and rub == 0.0:
