@@ -43,7 +43,7 @@ from fem_spa.loop.report_json import (
 )
 from fem_spa.loop.search import Found, search
 from fem_spa.loop.split import split
-from fem_spa.loop.teeth import lattice_step, without_teeth
+from fem_spa.loop.teeth import lattice_step, resting_step, without_teeth
 from fem_spa.loop.told import figures, progress, sentence
 from fem_spa.loop.unable import unable
 from fem_spa.loop.words import LEAST_TONE, SENTENCE, periodic, signature
@@ -188,6 +188,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
     step = lattice_step(inner, moved)
     smooth = None if step is None else without_teeth(inner, moved, step)
     searched, step = (moved, None) if smooth is None else (smooth, step)
+    resting = resting_step(inner, moved) if step is None else None
     found = search(inner, searched, effects, seed, say)
     report_card = certificate(found.atoms, searched, train_runs(searched), [e.name for e in effects])
     say("deciding")
@@ -212,7 +213,7 @@ def _study(source: Source, case: Case, seed: int, say: Callable[[str], None]) ->
         work = Work(source, data, case.full, whiten, parted.provisional)
         word = in_the_deck(work, chain, after, decision, found)
         after, source, decision, again = word.chain, word.source, word.decision, word.told
-    decision, after = quantised(decision, after, case, step)
+    decision, after = quantised(decision, after, case, step, resting)
     if decision.verdict == "none":
         residual = data.output - chain.predict(data)
         rows = data.train & data.known

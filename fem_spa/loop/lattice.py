@@ -25,10 +25,13 @@ LEAST_STANDING_GAIN = 0.03
 """The same where the readings are known to stand on a lattice: of another law's misfit it takes little."""
 
 
-def lattice_theta(chain: Chain, data: Data, known: float | None = None) -> np.ndarray | None:
+def lattice_theta(
+    chain: Chain, data: Data, known: float | None = None, least: float = LEAST_STANDING_GAIN
+) -> np.ndarray | None:
     """(step, phase) of the effect on top of a chain, or None where no lattice shows that matters.
 
-    `known`: step (SI) on which the readings stand (`teeth`).
+    `known`: step (SI) on which the readings stand (`teeth`); `least`: share of the training error that
+    rounding must then take off.
     """
     if data.output.shape[1] != 1:
         return None
@@ -46,7 +49,7 @@ def lattice_theta(chain: Chain, data: Data, known: float | None = None) -> np.nd
         if not _carries_over(data, rows, share, residual, step):
             return None
         theta = _refined(share[keep], residual[keep], step)
-        return theta if _better(chain, data, theta, LEAST_STANDING_GAIN) else None
+        return theta if _better(chain, data, theta, least) else None
     teeth = np.arange(TEETH[0], TEETH[1], 0.1) / np.ptp(share)
     wave = np.exp(2j * np.pi * np.outer(teeth, share[keep]))
     power = 2.0 * np.abs(wave @ residual[keep]) ** 2 / len(share[keep]) ** 2 / spread
@@ -119,10 +122,13 @@ def _refined(share: np.ndarray, residual: np.ndarray, step: float) -> np.ndarray
     return found
 
 
-def quantised(decision: Decision, after: Chain, case: Case, step: float | None) -> tuple[Decision, Chain]:
+def quantised(
+    decision: Decision, after: Chain, case: Case, step: float | None, resting: float | None = None
+) -> tuple[Decision, Chain]:
     """Quantisation on top of what was found, or in its place where the lattice alone explains as much.
 
-    `step`: SI, of the lattice that the readings are known to stand on.
+    `step`: SI, of the lattice that the readings are known to stand on; `resting`: that of readings which rest
+    at a few places (`teeth`).
     """
     rows = case.full.train & case.full.known
 
@@ -131,6 +137,8 @@ def quantised(decision: Decision, after: Chain, case: Case, step: float | None) 
 
     for chain, chosen in ((case.chain, ()), (after, decision.chosen)):
         theta = lattice_theta(chain, case.full)
+        if theta is None and not chosen and resting is not None:
+            theta = lattice_theta(chain, case.full, resting, LEAST_GAIN)
         if theta is None and chosen == decision.chosen and decision.verdict != "unexplained":
             theta = lattice_theta(chain, case.full, step) if step is not None else None
         if theta is None:

@@ -32,6 +32,12 @@ AT_ONCE = 256
 """Lattices whose waves are in memory together."""
 PASSED, LEAST_PASSED = 0.8, 5
 """Travel in a tooth, in steps, from which it was passed through; and how many must have been."""
+PLACE, LEAST_PLACES = 0.004, 9.0
+"""Share of the span within which rows show one place, and the fewest of them in a record, on the mean."""
+CHANCE = 1e-3
+"""Probability with which places on no lattice agree as much on one of all that are tried."""
+OF_ITSELF = 0.6
+"""Share of the readings' agreement that the prediction may have."""
 GRAIN = 0.1
 """Share of a step to which the mean over a tooth is believed."""
 FASTEST = 0.015
@@ -79,6 +85,47 @@ def lattice_step(chain: Chain, data: Data) -> float | None:
     window = slice(max(coarse - 5, 0), coarse + 6)
     step = float(1.0 / teeth[window][int(np.argmax(agreement[window]))])
     return step if _passed(parts, step) >= LEAST_PASSED else None
+
+
+def resting_step(chain: Chain, data: Data) -> float | None:
+    """Size of the steps (SI, of the output) on which readings stand that rest and jump.
+
+    Rows that show the same place count once. A command of equal steps makes a lattice of its own: the
+    readings must agree, and the prediction must not.
+    """
+    if data.output.shape[1] != 1:
+        return None
+    prediction = chain.predict(data)[:, 0]
+    span = float(np.ptp(prediction[data.train]))
+    records = []
+    for run in data.runs:
+        rows = np.arange(run.part.start, run.part.stop)[data.known[run.part]]
+        if run.train and len(rows) > 8 and span > 0.0:
+            records.append(_places(prediction[rows], data.output[rows, 0], PLACE * span))
+    count = float(np.mean([len(read) for _, read in records])) if records else 0.0
+    if count < LEAST_PLACES:
+        return None
+    teeth = np.arange(TEETH[0], TEETH[1], STEPS_OF_TEETH) / span
+    told, read = (_agreement(teeth, [record[k] for record in records]) for k in (0, 1))
+    expected = SHARP * np.exp(-2.0 * (np.pi * NOISE * span * teeth) ** 2)
+    chance = np.sqrt(np.log(span * (teeth[-1] - teeth[0]) / CHANCE) / count)
+    clear = (read >= np.maximum(expected, chance)) & (told < OF_ITSELF * read)
+    if not clear.any():
+        return None
+    return float(1.0 / teeth[int(np.argmax(read * clear))])
+
+
+def _agreement(teeth: np.ndarray, records: list[np.ndarray]) -> np.ndarray:
+    """(teeth,) length of the mean phase of values on each lattice, every record's phase its own."""
+    waves = [np.exp(2j * np.pi * np.outer(teeth, values)).mean(axis=1) for values in records]
+    return np.asarray(np.sqrt(np.mean(np.abs(np.stack(waves)) ** 2, axis=0)))
+
+
+def _places(prediction: np.ndarray, reading: np.ndarray, apart: float) -> tuple[np.ndarray, np.ndarray]:
+    """Mean prediction and mean reading at each place that a record shows."""
+    place = np.floor(prediction / apart).astype(int)
+    _, at, count = np.unique(place, return_inverse=True, return_counts=True)
+    return np.bincount(at, prediction) / count, np.bincount(at, reading) / count
 
 
 def _passed(parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]], step: float) -> int:

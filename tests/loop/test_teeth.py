@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from fem_spa.loop.model_file import read_source
 from fem_spa.loop.prepare import prepare
 from fem_spa.loop.records import read_records
 from fem_spa.loop.split import split
-from fem_spa.loop.teeth import lattice_step, without_teeth
+from fem_spa.loop.teeth import lattice_step, resting_step, without_teeth
 
 Body = Callable[[list[np.ndarray]], list[np.ndarray]]
 PITCH = 0.035 * SPAN
@@ -51,6 +52,37 @@ def test_smooth_readings_stand_on_none(tmp_path: Path, body: Body) -> None:
 def test_few_places_of_rest_are_no_lattice(tmp_path: Path) -> None:
     stairs = [holds([0.2, 0.4, 0.6, 0.8, 1.0, 0.5, 0.0], 10.0)] * 4
     assert lattice_step(*built(tmp_path, nothing, stairs)) is None
+
+
+def staircase() -> list[np.ndarray]:
+    """Holds of ten seconds with two or three rows on the way from one to the next."""
+    levels = (0.2, 0.4, 0.6, 0.8, 1.0, 0.8, 0.6, 0.4, 0.2, 0.0)
+    points, last = [np.zeros(5)], 0.0
+    for level in levels:
+        points += [last + (level - last) * np.array([0.15, 0.5, 0.85]), np.full(100, level)]
+        last = level
+    return [np.concatenate(points)] * 4
+
+
+def test_places_of_rest_on_a_lattice_are_known(tmp_path: Path) -> None:
+    chain, data = built(tmp_path, rounded(nothing), staircase())
+    assert lattice_step(chain, data) is None
+    assert resting_step(chain, data) == pytest.approx(np.radians(0.95 * PITCH), rel=0.02)
+
+
+@pytest.mark.parametrize("body", [nothing, bent, threshold])
+def test_smooth_places_of_rest_stand_on_none(tmp_path: Path, body: Body) -> None:
+    assert resting_step(*built(tmp_path, body, staircase())) is None
+
+
+def test_a_command_of_equal_steps_is_no_lattice_of_the_readings(tmp_path: Path) -> None:
+    # a straight curve turns equal steps of the command into equal steps of the output
+    equal = [np.round(20.0 * q) / 20.0 for q in staircase()]
+    chain, data = built(tmp_path, nothing, equal)
+    straight = replace(chain.base, respond=lambda d, pressure, _: SPAN * pressure / d.p_max)
+    chain = replace(chain, base=straight, gain=1.0, offset=np.zeros(1))
+    noise = 0.002 * SPAN * np.random.default_rng(2).standard_normal(data.output.shape)
+    assert resting_step(chain, replace(data, output=chain.predict(data) + noise)) is None
 
 
 def test_a_part_of_a_tooth_is_no_lattice(tmp_path: Path) -> None:
