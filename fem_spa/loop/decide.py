@@ -39,10 +39,15 @@ LEAST_BETWEEN = 12.0
 STEP_FORM = 0.15
 """Size of an effect's contribution, as a share of the largest one's, below which it is no more than another
 form of that one's law."""
+TAKEN_WHOLE, LEAST_TAKEN = 0.12, 0.005
+"""Share of what was left that one more effect may leave, and least share that it then adds, where the form of
+the others' laws will not do for an account of it: what is another law's form no effect takes up whole."""
 MOST_FORMED = 6
 """Sets of a size that are looked at with their laws free."""
 ENOUGH = 0.94
 """Share from which what is left of two effects is no more than their laws' form, and no third is sought."""
+LEAST_NEED = 20.0
+"""By how much -2 log likelihood must rise when an effect of a set is taken away."""
 STEP_REST = 0.45
 """What one more effect must take of what was left before it."""
 
@@ -356,15 +361,27 @@ def _needed(
 ) -> bool:
     """Whether a larger set is likelier by enough, changes the prediction by enough, and each effect
     matters."""
-    if best.trial.cost - top.trial.cost < found.limit + 10.0 or not _each_needed(top, scored):
+    least = found.limit + (0.0 if _taken_whole(best, top) else 10.0)
+    if best.trial.cost - top.trial.cost < least or not _each_needed(top, scored):
         return False
     more = set(top.trial.names) - set(best.trial.names)
-    if not any(_in_the_session(n) for n in more) and top.share - best.share < STEP_FORM**2:
+    if not any(_in_the_session(n) for n in more) and not _no_form(best, top):
         return False
     rows = data.train & data.known
     extent = float(np.max(np.ptp(level[rows], axis=0))) or 1.0
     parts = contributions(top.trial.fit.chain, data)
     return float(parts.min()) >= max(LEAST_VISIBLE * extent, STEP_FORM * float(parts.max()))
+
+
+def _taken_whole(less: Scored, more: Scored) -> bool:
+    """Whether the larger set takes up all that the smaller one leaves."""
+    left = 1.0 - less.share
+    return more.share - less.share >= LEAST_TAKEN and 1.0 - more.share <= TAKEN_WHOLE * left
+
+
+def _no_form(less: Scored, more: Scored) -> bool:
+    """Whether the larger set explains more than another form of the smaller one's laws would."""
+    return more.share - less.share >= STEP_FORM**2 or _taken_whole(less, more)
 
 
 def _one_class(names: Sequence[str]) -> bool:
@@ -380,9 +397,9 @@ def _each_needed(top: Scored, scored: Sequence[Scored]) -> bool:
         without = next((s for s in scored if set(s.trial.names) == kept), None)
         if without is None:
             continue
-        if without.trial.cost - top.trial.cost < 20.0:
+        if without.trial.cost - top.trial.cost < (0.5 if _taken_whole(without, top) else 1.0) * LEAST_NEED:
             return False
-        if not _in_the_session(name) and top.share - without.share < STEP_FORM**2:
+        if not _in_the_session(name) and not _no_form(without, top):
             return False
     return True
 
