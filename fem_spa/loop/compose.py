@@ -82,8 +82,9 @@ class Chain:
         else:
             out = self.base.respond(data, pressure, values)
         for effect, theta in zip(self.effects, thetas, strict=True):
-            if effect.slot not in ("input", "actuation") and effect.name not in self.base.physical:
-                out = effect.apply(context, out, theta)
+            block = effect.after if effect.slot in ("input", "actuation") else effect.apply
+            if block is not None and effect.name not in self.base.physical:
+                out = block(context, out, theta)
         return out
 
     def exactly(self, data: Data, pressure: np.ndarray, values: np.ndarray, switches: Switches) -> np.ndarray:

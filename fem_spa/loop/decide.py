@@ -30,8 +30,8 @@ LEAST_SHARE = 0.62
 """A set that explains less of what is predictable explains only part."""
 LEAST_OWN = 0.1
 """Share that an effect of a set counts as adding at least, where its rivals are compared with it."""
-LEAST_OF_SET = 0.9
-"""The same for two effects and more, which imitate more."""
+LEAST_OF_SET, LEAST_OF_THREE = 0.9, 0.96
+"""The same for two effects and for three, which imitate more."""
 LEAST_BEFORE = 0.8
 """Share from which a smaller set stands where the larger one that goes beyond it explains too little."""
 LEAST_BETWEEN = 12.0
@@ -135,7 +135,7 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     detected = max(found.score, found.drop) > 1.15 * found.limit + 2.0
     path = _choose(scored, found, level, data, whiten)
     best = path[-1]
-    if len(best.trial.names) > 1 and best.share < LEAST_OF_SET:
+    if len(best.trial.names) > 1 and best.share < _enough(best):
         best = next((s for s in path[::-1] if _stands(s)), best)
     known = _learnable(chain, data, found, level, runs)
     left = 1.0 - best.share
@@ -163,7 +163,7 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
 
 def _enough(scored: Scored) -> float:
     """Share that a set must explain."""
-    return LEAST_SHARE if len(scored.trial.names) < 2 else LEAST_OF_SET
+    return (LEAST_SHARE, LEAST_SHARE, LEAST_OF_SET, LEAST_OF_THREE)[len(scored.trial.names)]
 
 
 def _stands(scored: Scored) -> bool:

@@ -37,7 +37,7 @@ def fitted(folder: Path, body: Body) -> tuple[Chain, Data, Whitener]:
     noise, _ = fit_noise(data, np.random.default_rng(0).normal(0.0, 2e-3, level.shape), level, runs)
     whiten = Whitener(data, noise, level, runs)
     effect = EFFECTS["hysteresis"]
-    found = fit(chain, data, whiten, [effect], [np.array([0.1, 0.1, 0.1, 0.1, 0.0])], 20)
+    found = fit(chain, data, whiten, [effect], [np.array([0.1, 0.1, 0.1, 0.1, 0.0, 0.5])], 20)
     return found.chain, data, whiten
 
 
@@ -47,7 +47,7 @@ def squares(chain: Chain, data: Data, whiten: Whitener) -> float:
 
 def bent(shares: list[np.ndarray]) -> list[np.ndarray]:
     """Loops, and beside them a curve with a knee, which no loop is."""
-    return [y - 6.0 * np.maximum(q - 0.6, 0.0) for q, y in zip(shares, duhem(shares), strict=True)]
+    return [y - 7.0 * np.maximum(q - 0.6, 0.0) for q, y in zip(shares, duhem(shares), strict=True)]
 
 
 def foreign(shares: list[np.ndarray]) -> list[np.ndarray]:

@@ -90,6 +90,7 @@ class Effect:
     order : place among all blocks, causal
     parameters : see `Param`
     apply : (context, pressures or response, theta) -> the same, changed
+    after : of an `input` or `actuation` block: what it does to the response as well
     starts : groups of thetas; the responses of a group add up, with factors >= 0; one group is the start
     of a fit
     untestable : why these records cannot show it, or None
@@ -108,6 +109,7 @@ class Effect:
     starts: Starts
     classmates: tuple[str, ...] = ()
     untestable: Needs = _nothing
+    after: Apply | None = None
     experiment: str = "rates"
     words: str = ""
 
