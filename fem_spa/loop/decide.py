@@ -30,12 +30,13 @@ LEAST_SHARE = 0.62
 """A set that explains less of what is predictable explains only part."""
 LEAST_OWN = 0.1
 """Share that an effect of a set counts as adding at least, where its rivals are compared with it."""
-LEAST_OF_SET, LEAST_OF_THREE = 0.9, 0.96
+LEAST_OF_SET, LEAST_OF_THREE = 0.9, 0.94
 """The same for two effects and for three, which imitate more."""
 LEAST_BEFORE = 0.8
 """Share from which a smaller set stands where the larger one that goes beyond it explains too little."""
 LEAST_BETWEEN = 12.0
-"""By how much one more effect must lessen the squares of what differs between records, in whitened units."""
+"""By how much one more effect must lessen the squares of what differs between records, in whitened units, or
+-2 log likelihood where it takes up all that was left."""
 STEP_FORM = 0.15
 """Size of an effect's contribution, as a share of the largest one's, below which it is no more than another
 form of that one's law."""
@@ -45,7 +46,8 @@ the others' laws will not do for an account of it: what is another law's form no
 MOST_FORMED = 6
 """Sets of a size that are looked at with their laws free."""
 ENOUGH = 0.94
-"""Share from which what is left of two effects is no more than their laws' form, and no third is sought."""
+"""Share from which what is left of two effects is no more than their laws' form, and no third is sought but
+one that takes it up whole."""
 LEAST_NEED = 20.0
 """By how much -2 log likelihood must rise when an effect of a set is taken away."""
 STEP_REST = 0.45
@@ -302,7 +304,9 @@ def _choose(
         options = [s for s in options if not _one_class(s.trial.names)] or (
             options if best.share < LEAST_SHARE else []
         )
-        if not options or (size == 3 and best.share > ENOUGH):
+        if size == 3 and best.share > ENOUGH:
+            options = [s for s in options if _taken_whole(best, s)]
+        if not options:
             break
         if size == 1:
             top = max(options, key=lambda s: _rank(s, data))
@@ -361,7 +365,7 @@ def _needed(
 ) -> bool:
     """Whether a larger set is likelier by enough, changes the prediction by enough, and each effect
     matters."""
-    least = found.limit + (0.0 if _taken_whole(best, top) else 10.0)
+    least = LEAST_BETWEEN if _taken_whole(best, top) else found.limit + 10.0
     if best.trial.cost - top.trial.cost < least or not _each_needed(top, scored):
         return False
     more = set(top.trial.names) - set(best.trial.names)

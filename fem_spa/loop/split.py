@@ -33,6 +33,8 @@ class Split:
 def split(records: Sequence[Record], holdout: Sequence[Path], seed: int) -> Split:
     """Hold out the named records, or a third of them, or the last third of a single one.
 
+    What one record alone shows, the actuator turned or with a weight, is kept to fit: no other could tell it.
+
     Raises
     ------
     InputError
@@ -47,13 +49,22 @@ def split(records: Sequence[Record], holdout: Sequence[Path], seed: int) -> Spli
     if len(records) == 1:
         return _cut(records[0])
     count = max(1, round(len(records) / 3))
+    free = [i for i in range(len(records)) if not _alone(records, i, set())] or list(range(len(records)))
     reach = _reach(records)
-    furthest = int(np.argmax(reach))
+    furthest = max(free, key=lambda i: reach[i])
     rng = np.random.default_rng(seed)
-    others = [i for i in range(len(records)) if i != furthest]
-    chosen = {furthest, *(int(i) for i in rng.permutation(others)[: count - 1])}
+    chosen = {furthest}
+    for i in (int(k) for k in rng.permutation([k for k in free if k != furthest])):
+        if len(chosen) < count and (len(free) == len(records) or not _alone(records, i, chosen)):
+            chosen.add(i)
     train = tuple(i not in chosen for i in range(len(records)))
     return Split(tuple(records), train, records[furthest].name, sum(train) == 1)
+
+
+def _alone(records: Sequence[Record], one: int, without: set[int]) -> bool:
+    """Whether no other record, but those `without`, has its orientation and its payload."""
+    poses = [(round(r.orientation or 0.0, 2), r.payload or 0.0) for r in records]
+    return not any(pose == poses[one] for i, pose in enumerate(poses) if i != one and i not in without)
 
 
 def _cut(record: Record) -> Split:

@@ -104,6 +104,19 @@ def test_what_is_fitted_to_one_record_is_provisional(
     assert sum(given.train) == 1 and given.provisional
 
 
+@pytest.mark.parametrize(("turned", "kept"), [([4], 1), ([3, 4], 1), ([0, 1, 2, 3, 4], 1)])
+def test_a_pose_is_never_held_out_whole(tmp_path: Path, turned: list[int], kept: int) -> None:
+    """Gravity shows between poses: a record upside down that is alone in it must be there to fit."""
+    _, files = write_case(tmp_path, duhem, shares=drives()[:5])
+    for k in turned:
+        files[k].write_text(files[k].read_text().replace("# orientation: 0 deg", "# orientation: 180 deg"))
+    for seed in range(12):
+        parted = split(read_records(files), [], seed)
+        poses = [r.orientation for r, train in zip(parted.records, parted.train, strict=True) if train]
+        assert sum(abs(pose - math.pi) < 1e-6 for pose in poses if pose is not None) >= kept
+        assert sum(parted.train) == 3
+
+
 @pytest.mark.parametrize(("shift", "said"), [(0.3, True), (0.0, False), (-0.5, False)])
 def test_an_output_ahead_of_its_pressure_is_noted(shift: float, said: bool) -> None:
     """Two clocks: an actuator may be late, never early. Curved map and noise, falling with the pressure."""

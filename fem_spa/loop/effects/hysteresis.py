@@ -49,7 +49,7 @@ def middle(s: np.ndarray, radius: float) -> np.ndarray:
 
 def starts(ctx: Context) -> list[list[np.ndarray]]:
     """Each threshold alone; the base the middle of the loops, or the first loading; in pressure or output."""
-    kinds = ((1.0, 0.0), (0.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    kinds = ((1.0, 0.0), (0.0, 0.0), (1.0, 1.0))
     return [[np.concatenate([0.3 * row, kind]) for row in np.eye(len(RADII))] for kind in kinds]
 
 
