@@ -1,0 +1,54 @@
+"""Drift while the command stands: on in the direction of the last change, or back towards no pressure."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fem_spa.loop.operators import lowpass
+from fem_spa.loop.signatures.shapes import holds, none, weight
+from fem_spa.loop.signatures.statistic import Contrast, Seen, Statistic
+
+SHORTEST = 2.5
+"""s a command must stand."""
+SETTLED = 0.8
+"""s after which lags are over, mostly, and drift counts."""
+BEFORE = 5.0
+"""s over which the motion before a hold is remembered."""
+
+
+def _standing(seen: Seen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) number of the hold or -1, (n,) s since it began, (n, d) last change of the response before it."""
+    data, s = seen.context.data, seen.share
+    label, since = holds(data, data.pressure, SHORTEST)
+    change = s - lowpass(data, s, BEFORE)
+    first = np.zeros_like(s)
+    starts = np.nonzero((label >= 0) & (since == 0.0))[0]
+    for row in starts:
+        first[label == label[row]] = change[row]
+    label = np.where(since >= SETTLED, label, -1)
+    return label, since, first
+
+
+def onward(seen: Seen) -> tuple[Contrast, ...] | str:
+    """On in the direction of the last change, with the logarithm of time; after unloading, too."""
+    label, since, first = _standing(seen)
+    if not np.any(np.abs(first[seen.rows & (label >= 0)]) > 0.05):
+        return "no command is held after a change"
+    pattern = first * np.log10(np.maximum(since, SETTLED) / SETTLED)[:, None] * weight(seen)
+    return (Contrast(pattern, none(seen), label),)
+
+
+def droop(seen: Seen) -> tuple[Contrast, ...] | str:
+    """Towards no pressure while it stands above none, whichever way it came there; by the minute."""
+    label, since, _ = _standing(seen)
+    label = np.where(np.abs(seen.context.drive) > 0.02, label, -1)
+    if not np.any(label[seen.rows] >= 0):
+        return "no command is held above zero pressure"
+    pattern = -seen.share * since[:, None] / 60.0 * weight(seen)
+    return (Contrast(pattern, none(seen), label),)
+
+
+ONWARD = Statistic(
+    "drift in holds, on in the direction of the last change, a full change and tenfold time", 1, onward
+)
+DROOP = Statistic("droop while held, towards no pressure, a minute at full motion", 1, droop)
