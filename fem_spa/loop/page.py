@@ -207,8 +207,8 @@ def _marks(report: dict[str, Any]) -> str:
         place = f" <small>({escaped(mark['at'])})</small>" if mark["at"] else ""
         rows += _row([escaped(name), escaped(mark["statistic"]) + place, *map(escaped, cells(mark))], "th")
     words = (
-        "A model that lacks an effect leaves the effect's own mark in its error: it should be there before and "
-        "gone after. Figures within three times their noise may be noise. The verdict does not use them."
+        "A model that lacks an effect leaves the effect's own mark in its error: it should be there before "
+        "and gone after. Figures within three times their noise may be noise. The verdict does not use them."
     )
     return f'<p>{words}</p><div class="scroll"><table>{rows}</table></div>'
 
