@@ -169,7 +169,7 @@ def test_arm_records_are_of_the_whole_rod(
 
 
 def test_what_a_component_shows_is_nothing_where_it_does_nothing() -> None:
-    """No pressure: valve and gains do nothing, weight is an offset; an arm that is turned and bent shows it."""
+    """No pressure: valve and gains do nothing, weight is an offset; a turned, bent arm shows it."""
     n, rate = 20, 10.0
     idle = (np.zeros((n, 3)), 0.0), (np.zeros((n, 3)), 0.0)
     for component in ("gravity", "strain_gains", "valve"):
