@@ -31,9 +31,10 @@ def below(seen: Seen) -> tuple[Contrast, ...] | str:
     if under[rows].all() or not under[rows].any():
         return "no load is there both as the largest so far and below it"
     turn = direction(seen) * weight(seen)
-    pattern = under * 4.0 * s * (1.0 - 0.75 * np.abs(s)) / 4.0 * weight(seen)
+    bump = 3.0 * s * (1.0 - 0.75 * np.abs(s))
     trend = s * travelled(context.data, context.drive)[:, None] / context.cycles * seen.scale
-    return (Contrast(pattern, together(hats(seen), turn, turn * np.abs(s), trend)),)
+    beside = together(hats(seen), turn, turn * np.abs(s), trend)
+    return (Contrast(under * bump * weight(seen), beside),)
 
 
 def cycles(seen: Seen) -> tuple[Contrast, ...]:
@@ -56,12 +57,15 @@ def _apart(seen: Seen) -> np.ndarray:
 
 
 def warmed(warmth: Callable[[Seen], np.ndarray]) -> Statistic:
-    """Gain with temperature; `warmth` (n,) is in 10 K, or of a body that warms as it is driven."""
+    """Gain with temperature; `warmth` (n,) as it was logged, or of a body that warms as it is driven."""
 
     def contrasts(seen: Seen) -> tuple[Contrast, ...]:
-        return (Contrast(seen.share * warmth(seen)[:, None] * weight(seen), _apart(seen)),)
+        felt = warmth(seen)
+        low, high = felt[seen.rows].min(), felt[seen.rows].max()
+        warmer = (felt - low)[:, None] / max(high - low, 1e-12)
+        return (Contrast(seen.share * warmer * weight(seen), _apart(seen)),)
 
-    return Statistic("change of gain with temperature (10 K, or fully warm), at full motion", 0, contrasts)
+    return Statistic("change of the motion from coldest to warmest, at full motion", 0, contrasts)
 
 
 def step(seen: Seen) -> tuple[Contrast, ...]:
@@ -78,7 +82,7 @@ def step(seen: Seen) -> tuple[Contrast, ...]:
     return tuple(found)
 
 
-BELOW = Statistic("more motion below the largest load so far than at it, at full motion", 1, below)
+BELOW = Statistic("more motion below the largest load so far than at it, at most", 1, below)
 CYCLES = Statistic("change of the motion from first to last cycle, at full motion", 0, cycles)
 TIME = Statistic("reading at rest, from first to last sample", 0, time)
 STEP = Statistic("change of the motion at one moment, at full motion", 0, step)

@@ -11,12 +11,12 @@ from fem_spa.loop.signatures.measure import left_over
 from fem_spa.loop.signatures.shapes import direction, hats, late, together, weight
 from fem_spa.loop.signatures.statistic import Contrast, Seen, Statistic
 
-LATE = (0.2, 1.0, 5.0)
+LATE = (0.2, 1.0)
 """s: lags whose loops are put aside where the records have the rates to tell them from a gap."""
 TYPICAL = 0.3
 """s: lag of the pattern of lateness."""
-LEAST_APART = 0.03
-"""Share of a pattern's squares from which it counts as told from the other one."""
+LEAST_APART = 0.15
+"""Share of a pattern's squares from which it is told from the other one; one rate leaves less."""
 
 
 def gap(seen: Seen) -> tuple[Contrast, ...]:
@@ -58,7 +58,7 @@ def _behind(seen: Seen, pattern: np.ndarray) -> tuple[Contrast, ...]:
 
 
 def swings(periods: Callable[[Seen], list[tuple[float, np.ndarray]]]) -> Statistic:
-    """Overshoot beyond what any lateness explains.
+    """Overshoot and ringing: what no lateness explains.
 
     periods : (s, (n, d) response of a free mass less the base's) of the periods that are looked at
     """
@@ -73,7 +73,7 @@ def swings(periods: Callable[[Seen], list[tuple[float, np.ndarray]]]) -> Statist
                 found.append(Contrast(pattern / size, beside, record, f"swings of {period:.2g} s"))
         return tuple(found) or "nothing moves fast enough to swing"
 
-    return Statistic("overshoot after quick changes, beyond what comes late", 1, contrasts)
+    return Statistic("swing after quick changes that no lateness explains, at most", 1, contrasts)
 
 
 GAP = Statistic("gap between rise and fall at equal motion, whatever the rate", 1, gap)

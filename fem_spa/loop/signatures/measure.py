@@ -22,6 +22,8 @@ from fem_spa.loop.signatures.statistic import Contrast, Seen, Statistic
 
 LEAST_LEFT = 1e-3
 """Share of a pattern's squares that must be left when all else is put aside."""
+LITTLE = 0.1
+"""The same, below which a factor would be a guess at what does not show: the most that shows is told."""
 DRAWS = 4000
 """Of the clearest of several contrasts by chance."""
 
@@ -35,11 +37,13 @@ class Measured:
     values : in SI of the output, or the statistic's own unit
     deviations : the same in standard deviations of noise
     at : the place in words, or nothing
+    partly : whether it is what the base's refit and all else leave of it, at most, in SI of the output
     """
 
     values: tuple[float, ...]
     deviations: tuple[float, ...]
     at: str
+    partly: bool = False
 
 
 def seen(chain: Chain, data: Data, theta: np.ndarray | None = None, sensed: np.ndarray | None = None) -> Seen:
@@ -67,19 +71,22 @@ class Gauge:
     size : (k,) standard deviations of their values under noise
     chance : root mean square of the clearest of them, by noise alone, in standard deviations
     places : of each, in words
+    partly : (k,) whether its value is what shows of it
     """
 
     weights: np.ndarray
     size: np.ndarray
     chance: float
     places: tuple[str, ...]
+    partly: np.ndarray
 
     def read(self, *residuals: np.ndarray) -> Measured:
         """The statistic of (n, d) residuals."""
         values = [np.einsum("ndk,nd->k", self.weights, residual) for residual in residuals]
         best = int(np.argmax(np.abs(values[0] / self.size)))
         deviations = tuple(float(v[best] / self.size[best] / self.chance) for v in values)
-        return Measured(tuple(float(v[best]) for v in values), deviations, self.places[best])
+        told = tuple(float(v[best]) for v in values)
+        return Measured(told, deviations, self.places[best], bool(self.partly[best]))
 
 
 def gauge(statistic: Statistic, what: Seen, noise: Noise) -> Gauge | str:
@@ -87,19 +94,24 @@ def gauge(statistic: Statistic, what: Seen, noise: Noise) -> Gauge | str:
     found = statistic.contrasts(what)
     if isinstance(found, str):
         return found
-    weights, places = [], []
+    weights, places, partly = [], [], []
     kept: dict = {}
     for contrast in found:
         w = weights_of(contrast, what, kept)
-        if w is not None:
-            weights.append(w)
-            places.append(contrast.at)
+        if w is None:
+            continue
+        little = shown(contrast, what, w) < LITTLE
+        # weights are what is left over its squares, so this makes the largest of what is left one
+        weights.append(w * np.abs(w).max() / np.sum(w**2) if little else w)
+        places.append(contrast.at)
+        partly.append(little)
     if not weights:
         return "the refit of the base model takes all of it"
     stack = np.stack(weights, axis=2)
     spread = covariance(stack, what, noise)
     size = np.sqrt(np.maximum(np.diag(spread), 1e-300))
-    return Gauge(stack, size, by_chance(spread / np.outer(size, size)), tuple(places))
+    chance = by_chance(spread / np.outer(size, size))
+    return Gauge(stack, size, chance, tuple(places), np.array(partly))
 
 
 def weights_of(contrast: Contrast, what: Seen, kept: dict | None = None) -> np.ndarray | None:
@@ -142,11 +154,14 @@ def _put_aside(contrast: Contrast, what: Seen) -> tuple[np.ndarray, np.ndarray]:
 
 def left_over(contrast: Contrast, what: Seen) -> float:
     """Share of a pattern's squares that is left when all else is put aside."""
-    rows = what.rows
     weights = weights_of(contrast, what)
-    if weights is None:
-        return 0.0
-    pattern = contrast.pattern[rows if contrast.groups is None else rows & (contrast.groups >= 0)]
+    return 0.0 if weights is None else shown(contrast, what, weights)
+
+
+def shown(contrast: Contrast, what: Seen, weights: np.ndarray) -> float:
+    """The same, by its weights."""
+    rows = what.rows if contrast.groups is None else what.rows & (contrast.groups >= 0)
+    pattern = contrast.pattern[rows]
     return float(1.0 / np.sum(weights**2) / np.sum((pattern - pattern.mean(axis=0)) ** 2))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fem_spa.loop.operators import lowpass
-from fem_spa.loop.signatures.shapes import holds, none, weight
+from fem_spa.loop.signatures.shapes import direction, hats, holds, none, together, weight
 from fem_spa.loop.signatures.statistic import Contrast, Seen, Statistic
 
 SHORTEST = 2.5
@@ -14,6 +14,8 @@ SETTLED = 0.8
 """s after which lags are over, mostly, and drift counts."""
 BEFORE = 5.0
 """s over which the motion before a hold is remembered."""
+MEMORIES = (4.0, 20.0, 100.0)
+"""s over which motion is remembered, where nothing is held."""
 
 
 def _standing(seen: Seen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -33,9 +35,20 @@ def onward(seen: Seen) -> tuple[Contrast, ...] | str:
     """On in the direction of the last change, with the logarithm of time; after unloading, too."""
     label, since, first = _standing(seen)
     if not np.any(np.abs(first[seen.rows & (label >= 0)]) > 0.05):
-        return "no command is held after a change"
+        return _remembered(seen)
     pattern = first * np.log10(np.maximum(since, SETTLED) / SETTLED)[:, None] * weight(seen)
     return (Contrast(pattern, none(seen), label),)
+
+
+def _remembered(seen: Seen) -> tuple[Contrast, ...] | str:
+    """Without holds: what goes with the mean of the motion so far, a gap between directions put aside."""
+    data, s = seen.context.data, seen.share
+    beside, record = together(hats(seen), direction(seen) * weight(seen)), seen.record
+    return tuple(
+        Contrast(lowpass(data, s, tau) * weight(seen), beside, record, f"without holds, over {tau:g} s")
+        for tau in MEMORIES
+        if tau < 1.5 * data.longest
+    )
 
 
 def droop(seen: Seen) -> tuple[Contrast, ...] | str:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 NOISE = 3.0
 """Standard deviations within which a figure may be noise."""
+PARTLY = "; what of it shows, at most"
 MOSTLY = 0.25
 """Share of the figure before that may be left of one that is called gone."""
 
@@ -42,7 +43,9 @@ def signature_of(name: str, study: Study, size: float, unit: str) -> dict[str, A
         none = dict.fromkeys(("before", "after", "z_before", "z_after"))
         return {**table, "at": "", **none, "why_not": made}
     read = made.read(residual(study, study.before_rows), residual(study, study.after_rows))
-    one = size if statistic.unit == "output" else 1.0
+    one = size if statistic.unit == "output" or read.partly else 1.0
+    if read.partly:
+        table |= {"statistic": statistic.words + PARTLY, "unit": unit}
     return {
         **table,
         "at": read.at,
