@@ -21,7 +21,7 @@ from fem_spa.loop.noise import Noise
 from fem_spa.loop.prepare import before, prepare
 from fem_spa.loop.records import read_records
 from fem_spa.loop.signatures import curves, history, loops, rests
-from fem_spa.loop.signatures.measure import Gauge, Measured, gauge, seen
+from fem_spa.loop.signatures.measure import Gauge, Measured, covariance, gauge, seen
 from fem_spa.loop.signatures.statistic import Statistic
 from fem_spa.loop.signatures.told import cells
 from fem_spa.loop.split import split
@@ -178,6 +178,20 @@ def test_noise_alone_drives_no_mark(name: str, request: pytest.FixtureRequest) -
 def test_every_effect_that_may_be_named_has_a_mark() -> None:
     assert set(EFFECTS) - set(MARKED) == {"sensor-offset", "sensor-gain"}
     assert all(of(name)[0].sign in (-1, 0, 1) and of(name)[0].words for name in MARKED)
+
+
+def test_the_variance_is_that_of_the_whole_covariance_matrix(chambers: Bench) -> None:
+    """White, AR(1), an offset an output, a gain for all outputs, record by record, against a dense sum."""
+    data, noise, level = chambers.data, chambers.noise, chambers.level
+    weights = np.random.default_rng(2).standard_normal((len(level), 2, 3))
+    expected = np.zeros((3, 3))
+    for run in data.runs:
+        w, n = weights[run.part], run.part.stop - run.part.start
+        lags = np.abs(np.subtract.outer(np.arange(n), np.arange(n))) * run.step
+        inside = noise.white**2 * np.eye(n) + noise.coloured**2 * np.exp(-lags / noise.tau) + noise.offset**2
+        both = np.kron(inside, np.eye(2)) + noise.gain**2 * np.outer(level[run.part], level[run.part])
+        expected += w.reshape(-1, 3).T @ both @ w.reshape(-1, 3)
+    assert covariance(weights, seen(chambers.chain, data), noise) == pytest.approx(expected, rel=1e-9)
 
 
 def test_what_the_refit_takes_moves_no_mark(bench: Bench) -> None:
