@@ -12,6 +12,8 @@ PLACES = (0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85)
 """Shares of the motion at which a hinge is looked for."""
 LOW = (0.02, 0.05, 0.08, 0.12, 0.18, 0.26)
 """Shares of the pressure at which a threshold is looked for."""
+SIZE = 0.02
+"""Share of a clamp's compliance of size one whose answer is taken for linear."""
 HIGH = (0.55, 0.65, 0.75, 0.85, 0.92)
 """Shares of the pressure at which a plateau is looked for."""
 
@@ -41,7 +43,7 @@ def bends(seen: Seen) -> tuple[Contrast, ...]:
 
 def hinge(seen: Seen) -> tuple[Contrast, ...]:
     """Motion gained or lost beyond one place; smooth bends do not count."""
-    r, beside, record = _size(seen), powers(seen, 3), seen.record
+    r, beside, record = _size(seen), powers(seen, 2), seen.record
     way = seen.share / np.maximum(r, 1e-9) * weight(seen)
     top = float(r[seen.rows].max())
     return tuple(
@@ -55,42 +57,49 @@ def hinge(seen: Seen) -> tuple[Contrast, ...]:
     )
 
 
-def _way(seen: Seen) -> np.ndarray:
-    """(n, d) which way outputs go under the pressure, by how far they go."""
-    return np.asarray(np.sign(seen.context.drive)[:, None] * seen.way * weight(seen))
+def _peak(seen: Seen, pattern: np.ndarray) -> np.ndarray | None:
+    """A pattern whose largest row is one; None where it moves nothing."""
+    size = np.abs(pattern[seen.rows]).max()
+    return pattern / size if size > 1e-6 * seen.scale.max() else None
 
 
-def plateau(seen: Seen) -> tuple[Contrast, ...]:
+def _through(seen: Seen, made: list[tuple[np.ndarray, str]]) -> tuple[Contrast, ...]:
+    """What other pressures do through the base, smooth curves put aside."""
+    beside, record = powers(seen, 3), seen.record
+    found = [(_peak(seen, seen.respond(pressure) - seen.response), place) for pressure, place in made]
+    return tuple(Contrast(p, beside, record, place) for p, place in found if p is not None)
+
+
+def plateau(seen: Seen) -> tuple[Contrast, ...] | str:
     """Motion missing at the largest pressures."""
-    u, beside, record = np.abs(seen.context.drive)[:, None], powers(seen, 3), seen.record
-    return tuple(
-        Contrast(
-            -np.maximum(u - p, 0.0) / (1.0 - p) * _way(seen),
-            beside,
-            record,
-            f"above {100 * p:.0f} % of the pressure",
-        )
-        for p in HIGH
-    )
+    pressure, top = seen.context.data.pressure, seen.context.p_max
+    made = [
+        (np.clip(pressure, -share * top, share * top), f"above {100 * share:.0f} % of the pressure")
+        for share in HIGH
+    ]
+    return _through(seen, made) or "no pressure is high"
 
 
 def threshold(seen: Seen) -> tuple[Contrast, ...]:
-    """Motion missing at low pressure and beyond, or below a threshold only, or after each reversal."""
-    u, beside, record = np.abs(seen.context.drive)[:, None], powers(seen, 3), seen.record
-    found = []
-    for p in LOW:
-        lost = np.minimum(u, p) / p * _way(seen)
-        only = lost * (u < p)
-        place = f"{100 * p:.0f} % of the pressure"
-        found.append(Contrast(-lost, beside, record, f"up to {place}"))
-        found.append(Contrast(-only, beside, record, f"below {place} only"))
+    """Motion missing beyond a threshold, or below it only, or after each reversal."""
+    pressure, top = seen.context.data.pressure, seen.context.p_max
+    made = []
+    for share in LOW:
+        beyond = np.sign(pressure) * np.maximum(np.abs(pressure) - share * top, 0.0)
+        above = np.where(np.abs(pressure) < share * top, 0.0, pressure)
+        place = f"{100 * share:.0f} % of the pressure"
+        made += [(beyond, f"up to {place}"), (above, f"below {place} only")]
     turned = [Contrast(c.pattern, c.beside, c.groups, "after each reversal") for c in gap(seen)]
-    return (*found, *turned)
+    return (*_through(seen, made), *turned)
 
 
-def proportion(seen: Seen) -> tuple[Contrast, ...]:
-    """Motion in proportion to the pressure, beside the base's curve."""
-    return (Contrast(seen.context.drive[:, None] * seen.way * weight(seen), none(seen), seen.record),)
+def proportion(seen: Seen) -> tuple[Contrast, ...] | str:
+    """A turn in proportion to the pressure, or of the clamp that the base carries itself."""
+    name = "base-compliance"
+    if name in seen.context.physical:
+        pattern = _peak(seen, seen.loaded(name, np.array([SIZE])) - seen.response)
+        return "the model does not answer to it" if pattern is None else (Contrast(pattern, none(seen)),)
+    return (Contrast(seen.context.drive[:, None] * weight(seen), none(seen), seen.record),)
 
 
 def axis(seen: Seen) -> tuple[Contrast, ...]:
@@ -102,7 +111,7 @@ def axis(seen: Seen) -> tuple[Contrast, ...]:
 BEND = Statistic("middle of the curve above the line between its ends", 1, bend)
 BENDS = Statistic("bend of the reading against the motion", 0, bends)
 HINGE = Statistic("motion gained or lost beyond one place, at full motion", 0, hinge)
-PLATEAU = Statistic("motion missing at the largest pressures", 1, plateau)
-THRESHOLD = Statistic("motion missing at low pressure, or after reversals", 1, threshold)
-PROPORTION = Statistic("motion in proportion to the pressure, at full pressure", 1, proportion)
+PLATEAU = Statistic("motion missing at the largest pressures, at most", 1, plateau)
+THRESHOLD = Statistic("motion missing at low pressure, or after reversals, at most", 1, threshold)
+PROPORTION = Statistic("turn in proportion to what drives it, at most", 1, proportion)
 AXIS = Statistic("pressure that acts as if larger (or smaller)", 0, axis, "%")

@@ -62,6 +62,6 @@ def droop(seen: Seen) -> tuple[Contrast, ...] | str:
 
 
 ONWARD = Statistic(
-    "drift in holds, on in the direction of the last change, a full change and tenfold time", 1, onward
+    "drift in holds, on in the direction of the last change: from one second to ten, a full change", 1, onward
 )
-DROOP = Statistic("droop while held, towards no pressure, a minute at full motion", 1, droop)
+DROOP = Statistic("droop towards no pressure while held: in a minute, at full motion", 1, droop)

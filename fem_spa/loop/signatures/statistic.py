@@ -51,13 +51,6 @@ class Seen:
         return self.context.share(self.response / self.gain)
 
     @property
-    def way(self) -> np.ndarray:
-        """(d,) which way each output goes under pressure, +1 or -1."""
-        rows = self.context.data.train
-        moved = self.context.drive[rows] @ self.share[rows]
-        return np.where(moved < 0.0, -1.0, 1.0)
-
-    @property
     def rows(self) -> np.ndarray:
         """(n,) rows that count."""
         data = self.context.data

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 NOISE = 3.0
 """Standard deviations within which a figure may be noise."""
-PARTLY = "; what of it shows, at most"
+PARTLY = " (what of it shows, at most)"
 MOSTLY = 0.25
 """Share of the figure before that may be left of one that is called gone."""
 
