@@ -78,7 +78,7 @@ def step(seen: Seen) -> tuple[Contrast, ...]:
     for k in np.linspace(0, len(rows) - 1, MOMENTS + 2)[1:-1].astype(int):
         after = np.clip(clock - clock[rows[k]] + 0.5 * seen.context.data.runs[0].step, 0.0, None) > 0.0
         pattern = s * after[:, None] * weight(seen)
-        found.append(Contrast(pattern, beside, None, f"at {clock[rows[k]]:.3g} s"))
+        found.append(Contrast(pattern, beside, None, f"at {clock[rows[k]]:.0f} s"))
     return tuple(found)
 
 
