@@ -106,7 +106,7 @@ def gauge(statistic: Statistic, what: Seen, noise: Noise) -> Gauge | str:
         places.append(contrast.at)
         partly.append(little)
     if not weights:
-        return "the refit of the base model takes all of it"
+        return "the refit of the base model, and what else is named, take all of it"
     stack = np.stack(weights, axis=2)
     spread = covariance(stack, what, noise)
     size = np.sqrt(np.maximum(np.diag(spread), 1e-300))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fem_spa.loop.compose import Chain
+from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.signatures.measure import gauge, seen
 from fem_spa.loop.signatures.statistic import Seen
@@ -24,7 +27,7 @@ MOSTLY = 0.25
 
 def signature_of(name: str, study: Study, size: float, unit: str) -> dict[str, Any] | None:
     """Statistic in words, its value and standard deviations of noise in the residual of the refitted base and
-    of the model with what was found; None for an effect that has none.
+    of the model with what was found; None for an effect that has none. What else is named does not count.
 
     Parameters
     ----------
@@ -61,12 +64,31 @@ def _what(name: str, study: Study) -> Seen:
     """What the statistic may look at; of a lattice, its step and what is rounded to it."""
     chain, data = study.case.chain, study.case.data
     if name != "quantisation":
-        return seen(chain, data)
+        others = contributions(study.decision.best.trial.fit.chain, data, study.decision.chosen, name)
+        return besides(seen(chain, data), others)
     after = study.after
     place = [e.name for e in after.effects].index(name)
-    others = [i for i in range(len(after.effects)) if i != place]
-    smooth = after.with_effects([after.effects[i] for i in others], [after.thetas[i] for i in others])
+    kept = [i for i in range(len(after.effects)) if i != place]
+    smooth = after.with_effects([after.effects[i] for i in kept], [after.thetas[i] for i in kept])
     return seen(chain, data, after.thetas[place], smooth.response(data, smooth.thetas, smooth.base.values))
+
+
+def contributions(chain: Chain, data: Data, chosen: Sequence[str], name: str) -> np.ndarray:
+    """(n, d, k) what each of the chosen effects but `name` adds to the prediction of a fitted chain."""
+    here = chain.response(data, chain.thetas, chain.base.values)
+    columns = [np.zeros((*here.shape, 0))]
+    for i, effect in enumerate(chain.effects):
+        if effect.name != name and effect.name in chosen:
+            others = [k for k in range(len(chain.effects)) if k != i]
+            rest = chain.with_effects([chain.effects[k] for k in others], [chain.thetas[k] for k in others])
+            without = rest.response(data, rest.thetas, rest.base.values)
+            columns.append(chain.gain * (here - without)[:, :, None])
+    return np.concatenate(columns, axis=2)
+
+
+def besides(what: Seen, columns: np.ndarray) -> Seen:
+    """The same with (n, d, k) more that must not count."""
+    return replace(what, free=np.concatenate([what.free, columns], axis=2))
 
 
 def residual(study: Study, predictions: list[np.ndarray]) -> np.ndarray:
