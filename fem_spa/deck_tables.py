@@ -118,6 +118,7 @@ class Supports(BaseModel):
 
     model_config = Strict
     fixed: list[str] = ["base"]
+    base_compliance: measure("rad/(N*m)", low=0.0, high=1e3, zero=True) | None = None  # type: ignore[valid-type]
     symmetry: dict[str, Axis] | None = None
 
 

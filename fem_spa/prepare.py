@@ -14,6 +14,7 @@ from fem_spa.deck import Deck, Drawing, end_of_path, nearest, refuse_unknown
 from fem_spa.deck_tables import PRESSURE_LIMITS, RATIO_LIMITS, VOLUME_LIMITS, MaterialTable, Measure
 from fem_spa.errors import InputError
 from fem_spa.rigid import obstacles
+from fem_spa.solid.base_spring import check_base
 from fem_spa.solid.problem import Layer, Loads, Material, Problem, StepControl
 from fem_spa.symmetry import check_across, check_declared, find_symmetry
 from fem_spa.units import brief, quantity, show
@@ -76,6 +77,7 @@ def prepare(deck: Deck) -> Setup:
         contact=loads.contact and not deck.solver.stop_at_touch,
         obstacles=obstacles(deck, mesh, symmetry),
         linear=shape is not None and shape.linear,
+        base_compliance=deck.supports.base_compliance.si if deck.supports.base_compliance else 0.0,
     )
     solver = deck.solver
     steps = StepControl(
@@ -90,7 +92,7 @@ def prepare(deck: Deck) -> Setup:
     warnings = [
         f"The mesh has a surface 'layer {name}', but the deck has no [layers.{name}]: it carries no membrane."
         for name in bare
-    ]
+    ] + check_base(problem)
     if shape is None and "tip" not in mesh.surfaces:
         warnings.append(
             "The mesh has no surface 'tip', so there is no angle: name the face at the free end so."

@@ -36,6 +36,7 @@ KINDS: dict[str, Kind] = {
     "kg/m^3": Kind("a density", "1080 kg/m^3"),
     "m/s^2": Kind("an acceleration", "9.81 m/s^2"),
     "rad": Kind("an angle", "30 deg"),
+    "rad/(N*m)": Kind("a compliance against a moment", "10 deg/(N*m)"),
     "s": Kind("a time", "0.5 s"),
     "1": Kind("a plain number", "0.45"),
 }
@@ -50,6 +51,7 @@ _COMMON: dict[str, dict[str, float]] = {
     "kg/m^3": {"kg/m^3": 1.0, "g/cm^3": 1e3},
     "m/s^2": {"m/s^2": 1.0},
     "rad": {"rad": 1.0, "deg": math.pi / 180.0},
+    "rad/(N*m)": {"rad/(N*m)": 1.0, "deg/(N*m)": math.pi / 180.0},
     "s": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
     "1": {"": 1.0, "1": 1.0},
 }

@@ -4,7 +4,8 @@ response(P, E, load) = M(E, load) + S(F P; E, load) - S(F commanded; E, load). M
 under the commanded pressures, quadratic between moduli and loads that were solved; S are equilibria, splines
 over the pressures; F is two lags of what bends and one of what stretches, which turn equilibria into the
 rod's motion as nearly as they can. A load is gravity or a payload that the model has not, switched on in the
-rod itself; so is damping, where the model is quasi-static. `exact` is the rod's whole motion.
+rod itself, or a clamp that turns under the moment at it; so is damping, where the model is quasi-static.
+`exact` is the rod's whole motion.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from scipy.signal import lfilter
 
 from fem_spa.loop.base import Base, Switches
 from fem_spa.loop.data import Data
-from fem_spa.loop.loads import PAYLOAD, SWITCHED, loads, quadratic
+from fem_spa.loop.loads import PAYLOAD, SOFT, SWITCHED, loads, quadratic
 from fem_spa.loop.operators import lag_up_down
 from fem_spa.loop.tables import Table, reach, tabulate
 from fem_spa.reduced.model import Drive
@@ -38,7 +39,8 @@ MOST = 300
 FASTEST = 1e-3
 """s: the shortest lag of the rod's own motion."""
 Levels = Mapping[str, float]
-"""Loads beside the model's own: `gravity` as a share of the standard one, `payload` in `PAYLOAD`."""
+"""Loads beside the model's own: `gravity` as a share of the standard one, `payload` in `PAYLOAD`,
+`base-compliance` in `SOFT`."""
 
 
 def rod_base(model: Any, columns: tuple[int, ...], p_low: np.ndarray, p_high: np.ndarray) -> Base:
@@ -48,6 +50,8 @@ def rod_base(model: Any, columns: tuple[int, ...], p_low: np.ndarray, p_high: np
     units = tuple(model.outputs[j].unit for j in columns)
     own = ("payload",) if model.gravity else ("gravity", "payload")
     physical = {name: SWITCHED.format("rod", name) for name in own}
+    if model.gravity:  # a free arm without weight leaves no moment at its clamp
+        physical["base-compliance"] = "the rod on a clamp that turns under the moment there"
     if not model.damping:
         physical["viscous-lag"] = SWITCHED.format("rod", "damping")
     if not model.valve:
@@ -104,7 +108,7 @@ class _Rod:
 
     def _short(self, data: Data, pressure: np.ndarray, values: np.ndarray, switches: Switches) -> np.ndarray:
         """(n, d) by the rod's motion under the commanded pressures, equilibria and lags for the rest."""
-        stiffer, more = float(values[0]), loads(data, switches)
+        stiffer, more = float(values[0]), _levels(data, switches)
         slow = damped(switches)
         if "pressure-lag" in switches:
             pressure = supplied(data, pressure, switches["pressure-lag"])
@@ -160,7 +164,7 @@ class _Rod:
             size = slow / _mean_lag(self._lagged(data)) if slow else 0.0
         if "pressure-lag" in switches:
             pressure = supplied(data, pressure, switches["pressure-lag"])
-        return self._moved(data, pressure, float(values[0]), loads(data, switches), size)
+        return self._moved(data, pressure, float(values[0]), _levels(data, switches), size)
 
     def _moved(
         self, data: Data, pressure: np.ndarray, stiffer: float, more: Mapping[str, np.ndarray], size: float
@@ -316,6 +320,14 @@ def supplied(data: Data, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
     return out
 
 
+def _levels(data: Data, switches: Switches) -> dict[str, np.ndarray]:
+    """Load -> (n,) its size, a compliant base among them."""
+    found = loads(data, switches)
+    if "base-compliance" in switches:
+        found["base-compliance"] = np.full(len(data.clock), float(switches["base-compliance"][0]))
+    return found
+
+
 def damped(switches: Switches) -> float:
     """s: the time constant that damping is to make, zero for none."""
     return float(switches["viscous-lag"][0]) if "viscous-lag" in switches else 0.0
@@ -333,6 +345,9 @@ def _loaded(rod: Any, more: Levels) -> Any:
     if "payload" in more:
         rod = rod if "gravity" in more else rod.switched(gravity=True)
         rod = rod.with_values(payload=rod.parameters["payload"].value + PAYLOAD * more["payload"])
+    if "base-compliance" in more:
+        most = rod.parameters["base_compliance"].high
+        rod = rod.with_values(base_compliance=min(rod.compliance + SOFT * more["base-compliance"], most))
     return rod
 
 

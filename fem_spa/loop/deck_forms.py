@@ -1,8 +1,9 @@
 """The last word of FE: a deck solved again with an effect switched on in it, in place of the effect's block.
 
-Gravity and a payload as dead loads in each record's orientation, walls scaled as `calibrate` scales them,
-a plane in the tip's way. One number of each is fitted, together with gain, offset and the other effects, over
-the deck's answers at the values solved so far; the deck is solved at what was found, and so on.
+Gravity and a payload as dead loads in each record's orientation, a base that turns under their moment, walls
+scaled as `calibrate` scales them, a plane in the tip's way. One number of each is fitted, together with gain,
+offset and the other effects, over the deck's answers at the values solved so far; the deck is solved at what
+was found, and so on.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from fem_spa.errors import InputError
 from fem_spa.loop.base import Base
-from fem_spa.loop.base_fem import DeckModel, Map, at
+from fem_spa.loop.base_fem import STANDARD, DeckModel, Map, at
 from fem_spa.loop.compose import Chain, around
 from fem_spa.loop.data import Data
 from fem_spa.loop.fit import fit, polished, project
@@ -40,7 +41,9 @@ AS_GOOD = 1.05
 APART = 0.15
 """Share of a number from which two values of it are not the same for a parabola through them."""
 _WRONG = (InputError, GeometryError, MaterialError)
-STRUCTURAL = ("gravity", "payload", "wall-thickness", "contact")
+STRUCTURAL = ("gravity", "payload", "base-compliance", "wall-thickness", "contact")
+WEIGHT = ("gravity", "payload", "base-compliance")
+"""Those that every orientation of the records is solved for."""
 
 
 @dataclass(frozen=True)
@@ -147,8 +150,7 @@ def _too_long(work: Work, name: str) -> str | None:
     if work.until is None or name not in STRUCTURAL:
         return None
     assert work.source.deck is not None
-    weight = name in ("gravity", "payload")
-    turns = len(np.unique(np.round(work.data.orientation, 6))) if weight else 1
+    turns = len(np.unique(np.round(work.data.orientation, 6))) if name in WEIGHT else 1
     expected = SOLVES * turns * work.source.deck.solve.seconds
     if time.perf_counter() + expected <= work.until:
         return None
@@ -159,8 +161,6 @@ def form_of(name: str, theta: np.ndarray, deck: DeckModel, data: Data, chain: Ch
     """How a deck carries an effect, or why it does not."""
     if name in ("chamber-gain", "cross-coupling"):
         return "the deck's own map at the pressures so changed: nothing to solve again"
-    if name == "base-compliance":
-        return "a deck's base is held fast: it has no such number"
     if name not in STRUCTURAL:
         return "not of the structure: no deck has it"
     if name in ("gravity", "payload") and deck.solve.frame() is None:
@@ -172,6 +172,8 @@ def form_of(name: str, theta: np.ndarray, deck: DeckModel, data: Data, chain: Ch
         return Form("the deck with gravity", "weight", "of its weight", lambda v: v, 0.0, 3.0, 1.0, change)
     if name == "payload":
         return _payload(deck, data)
+    if name == "base-compliance":
+        return _base(theta, deck, data, chain)
     if name == "wall-thickness":
         first = float(np.clip(0.6 * (theta[0] - theta[1]), -0.15, 0.2)) or 0.05
         return Form(
@@ -197,6 +199,34 @@ def _payload(deck: DeckModel, data: Data) -> Form:
 
     words = "the deck with a dead load at its tip"
     return Form(words, "payload", "g", lambda v: 1e3 * PAYLOAD * v, 0.0, 5.0, 0.5, change)
+
+
+def _base(theta: np.ndarray, deck: DeckModel, data: Data, chain: Chain) -> Form | str:
+    """A clamp on a spring; the value is its turn in rad under the moment of the level body at rest."""
+    if deck.solve.deck.supports.base_compliance is not None:
+        return "the deck's base turns under its moment already"
+    own = deck.solve.deck.loads
+    mass = deck.payload + deck.payload_share * float(data.payload.max())
+    pull = float(np.linalg.norm(own.gravity or 0.0)) + STANDARD * deck.gravity
+    tip = float(np.linalg.norm([f.si for f in own.tip_force or ()])) + STANDARD * mass  # type: ignore[attr-defined]
+    moment = deck.solve.moment(pull, tip)
+    if moment == 0.0:
+        return "a free deck without weight leaves no moment at its base: there is nothing to turn it"
+    turned = abs(float(theta[0] * chain.scale[0] * chain.gain)) if chain.base.names == ("angle",) else 0.1
+
+    def change(v: float) -> DeckModel:
+        return deck.changed(solve=deck.solve.with_base(v / moment))
+
+    return Form(
+        "the deck on a base that turns under its moment",
+        "compliance",
+        "deg/(N*m)",
+        lambda v: float(np.degrees(v / moment)),
+        0.0,
+        1.5,
+        float(np.clip(turned, 0.02, 0.5)),
+        change,
+    )
 
 
 def _contact(theta: np.ndarray, deck: DeckModel, data: Data, chain: Chain) -> Form | str:

@@ -176,6 +176,26 @@ class DeckSolve:
         loads = {**loads, "obstacles": [*(loads.get("obstacles") or []), {"plane": plane}]}
         return self._derived(label, {**table, "loads": loads}, lambda folder: None)
 
+    def with_base(self, compliance: float) -> DeckSolve:
+        """The deck on a base of that compliance, rad/(N m)."""
+        table, text = self.deck.table(), f"{np.degrees(compliance):.6g}"
+        supports = {**table.get("supports", {}), "base_compliance": f"{text} deg/(N*m)"}
+        return self._derived(f"base {text} deg a Nm", {**table, "supports": supports}, lambda folder: None)
+
+    def moment(self, pull: float, tip: float) -> float:
+        """N m about the base of the level body at rest, its weight at `pull` m/s^2, a force of `tip` N on its
+        end; zero without both.
+
+        Raises
+        ------
+        InputError
+            `pull` is not zero, and a material has no density.
+        """
+        from fem_spa.prepare import prepare
+        from fem_spa.solid.base_spring import at_rest
+
+        return at_rest(prepare(self.deck).problem, pull, tip) if pull or tip else 0.0
+
     def _derived(self, label: str, table: dict[str, Any], files: Callable[[Path], None]) -> DeckSolve:
         """A deck with a folder of its own, its files in it; found again where it is there already."""
         key = hashlib.sha256(json.dumps([digest(self.deck), label]).encode()).hexdigest()

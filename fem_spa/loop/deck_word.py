@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from fem_spa.loop.search import Found, Trial
 
 WITH_RIVALS = ("auto", "set")
-THROUGH = ("chamber-gain", "cross-coupling", "base-compliance")
+THROUGH = ("chamber-gain", "cross-coupling")
 """Effects of the structure that a deck is not solved again for; the report says why."""
 
 

@@ -42,6 +42,7 @@ from fem_spa.loop.report_json import (
     versions,
 )
 from fem_spa.loop.search import Found, search
+from fem_spa.loop.signatures.told import signature_of
 from fem_spa.loop.split import split
 from fem_spa.loop.teeth import lattice_step, resting_step, without_teeth
 from fem_spa.loop.told import figures, progress, sentence
@@ -333,6 +334,7 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
                 "rivals": d.rivals.get(name, []),
                 "parameters": in_the_deck_parameters(name, study.again)
                 or shown_parameters(name, study, sizes, records[0].units[names[0]]),
+                "signature": signature_of(name, study, sizes, records[0].units[names[0]]),
             }
         )
     candidates = list(d.chosen)

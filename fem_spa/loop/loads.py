@@ -9,6 +9,8 @@ from fem_spa.loop.data import Data
 
 PAYLOAD = 0.02
 """kg: the payload of size one."""
+SOFT = 0.5
+"""rad/(N m): the compliance of a clamp of size one."""
 SWITCHED = "the {} with {} switched on"
 
 

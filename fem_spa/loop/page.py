@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.loop.signatures.told import cells
 from fem_spa.output.files import write_whole
 from fem_spa.output.page import document, escaped, pictures
 from fem_spa.output.words import number
@@ -193,7 +194,23 @@ def _effects(report: dict[str, Any]) -> str:
         "<p>The model with it is <code>model_next.toml</code>; <code>fem-spa diagnose</code> and "
         "<code>fem-spa simulate</code> read it.</p>"
     )
-    return _section("What was added", f"<table>{rows}</table>{after}")
+    return _section("What was added", f"<table>{rows}</table>{after}{_marks(report)}")
+
+
+def _marks(report: dict[str, Any]) -> str:
+    """A row an effect: its own mark in what the model leaves, before and after."""
+    rows = _heads(["effect", "its own mark", "left before", "left after", ""])
+    marks = [(e["name"], e["signature"]) for e in report["effects"] if e["signature"]]
+    if not marks:
+        return ""
+    for name, mark in marks:
+        place = f" <small>({escaped(mark['at'])})</small>" if mark["at"] else ""
+        rows += _row([escaped(name), escaped(mark["statistic"]) + place, *map(escaped, cells(mark))], "th")
+    words = (
+        "A model that lacks an effect leaves the effect's own mark in its error: it should be there before "
+        "and gone after. Figures within three times their noise may be noise. The verdict does not use them."
+    )
+    return f'<p>{words}</p><div class="scroll"><table>{rows}</table></div>'
 
 
 def _solved_again(report: dict[str, Any]) -> str:

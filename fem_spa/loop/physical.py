@@ -5,6 +5,7 @@ Gauss-Newton on the plain error: residuals of the whole motion, slopes of the sh
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,11 +13,16 @@ import numpy as np
 from fem_spa.loop.compose import Chain
 from fem_spa.loop.data import Data
 from fem_spa.loop.fit import polished
+from fem_spa.loop.loads import PAYLOAD, SOFT
 from fem_spa.loop.screen import base_columns
 from fem_spa.loop.search import theta_columns
 
 STEPS = 2
-UNITS = {"gravity": (1.0, "of its weight"), "payload": (20.0, "g")}
+UNITS = {
+    "gravity": (1.0, "of its weight"),
+    "payload": (1e3 * PAYLOAD, "g"),
+    "base-compliance": (math.degrees(SOFT), "deg/(N*m)"),
+}
 """Effect that a rod carries itself -> factor and unit of its first parameter."""
 BLOCK = {
     "input": "a block on the pressures, through the model itself",

@@ -10,6 +10,7 @@
     modulus = "1.6464 MPa"       # any parameter by its name
     clamp = "element"            # holds the whole first element, as PyElastica; "base": its frame alone
     integration = "explicit"     # PyElastica's scheme; "modal": implicit, in few strain modes, faster
+    base_compliance = "2 deg/(N*m)"   # the clamp turns under the moment at it; default: it is fast
     law = "law.csv"              # one chamber's actuation from FE (rod_law.py) in place of (24)-(26)
 
 The base is at the origin, z up, the rest tip at (0, 0, -190 mm); chamber 1 on +y, 2 at (+x, -y), 3 at
@@ -33,6 +34,7 @@ from fem_spa.errors import InputError
 from fem_spa.reduced.checks import check_drive
 from fem_spa.reduced.model import Drive, Output, Parameter, Range
 from fem_spa.reduced.rod_actuation import spontaneous
+from fem_spa.reduced.rod_base import compliant
 from fem_spa.reduced.rod_kernel import verlet
 from fem_spa.reduced.rod_law import RodLaw, read_law
 from fem_spa.reduced.rod_modal import bases, implicit
@@ -99,6 +101,11 @@ class Rod:
         """Whether the clamp holds the base's frame and not the first element."""
         return self.clamp == "base"
 
+    @property
+    def compliance(self) -> float:
+        """Of the clamp, rad/(N m)."""
+        return self.parameters["base_compliance"].value
+
     def discrete(self) -> Discrete:
         """The rod of nodes and elements."""
         return discrete(self.values(), self.law)
@@ -116,7 +123,8 @@ class Rod:
         if not self.damping:
             inside = valve_pressure(time, pressure, self.supply())
             return self.settled(inside, drive.orientation, drive.payload)
-        step, march = (MODAL_GRID, self.glide) if self.integration == "modal" else (GRID, self.march)
+        modal = self.integration == "modal" or self.compliance > 0.0
+        step, march = (MODAL_GRID, self.glide) if modal else (GRID, self.march)
         if time[-1] - time[0] > LONGEST:
             raise InputError(
                 f"given a record of {time[-1] - time[0]:.4g} s: the rod moves through {LONGEST:g} s at most; "
@@ -149,12 +157,13 @@ class Rod:
         mass[-1] += self._payload(payload)
         weight = mass[:, None] * self.pull(orientation)
         force = np.asarray(tip_force, float)
-        tip = equilibria(strain, Q, r, weight, force, self.hinge, rod.length, rod.axial, rod.bending)
+        given = (strain, Q, r, weight, force, self.hinge, rod.length, rod.axial, rod.bending)
+        tip = compliant(*given, self.compliance) if self.compliance else equilibria(*given)
         if not np.all(np.isfinite(tip)):
             row = int(np.argmin(np.isfinite(tip).all(axis=1)))
             raise InputError(
                 f"the rod finds no equilibrium at row {row + 1}: the load is too much for its stiffness; "
-                "see modulus, payload and pressures"
+                "see modulus, payload, pressures and base_compliance"
             )
         return tip, r, Q
 
@@ -176,16 +185,22 @@ class Rod:
         return self._placed(tip)
 
     def glide(self, strain: np.ndarray, grid: float, orientation: float, payload: float) -> np.ndarray:
-        """As `march`, implicit in strain modes; where that fails, the explicit loop takes over."""
+        """As `march`, implicit in strain modes; where that fails, the explicit loop takes over, but where
+        the clamp is on a spring, which that loop has not."""
         rod = self.discrete()
         mass = rod.mass.copy()
         mass[-1] += self._payload(payload)
         weight = mass[:, None] * self.pull(orientation)
-        shape = (*bases(rod.n), self.hinge, rod.length, rod.axial, rod.bending)
+        shape = (*bases(rod.n), self.hinge, rod.length, rod.axial, rod.bending, self.compliance)
         path = np.vstack([self.strains(np.zeros((1, CHAMBERS))), strain[1:]])
         tip = implicit(path, grid, weight, mass, rod.mass, rod.viscous, shape)
         if np.all(np.isfinite(tip)):
             return self._placed(tip)
+        if self.compliance:
+            raise InputError(
+                "the rod's motion on its compliant base is not found: too much load for its stiffness; "
+                "see base_compliance, modulus, payload and pressures"
+            )
         return self.march(strain, grid, orientation, payload)
 
     def pull(self, orientation: float) -> np.ndarray:

@@ -4,7 +4,8 @@ Unknowns are the strains' Legendre coefficients along the rod (`BEND` for each c
 `STRETCH`); directors and nodes follow from them on the same grid as in rod_kernel. The balance of forces
 and moments of that grid is taken in the form of the statics: loads summed from the tip give the force in
 each element and, marching back, the moment at each inner point; what is left between these and the
-constitutive law, weighed by the modes, vanishes.
+constitutive law, weighed by the modes, vanishes. A clamp on a rotational spring has three unknowns more, the
+vector of its turn, which vanishes against the compliance times the moment of all loads about the base.
 
 Time enters by the loads: a node pulls with m (g - lambda v - a), v and a by BDF2 from the nodes' positions,
 second order and stable at any step. Left out, against the explicit loop: rotational inertia and rotational
@@ -38,15 +39,18 @@ def bases(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def balance(q, R, r, v, load, known, rate, drag, strain, rod, work):
-    """What is left of the balance, R (MODES,), at coefficients q (MODES,); fills r, v (n + 1, 3).
+    """What is left of the balance, R (m,), at coefficients q (m,); fills r, v (n + 1, 3).
+
+    q : MODES strains, and where there are three more the turn of the clamp, rad
 
     load : (n + 1, 3) constant part of the nodes' loads, N
     known : (n + 1, 3) m/s: v = rate r + known
     drag : (n + 1,) kg/s: the load besides is - drag v
     strain : (3,) spontaneous;  rod : see `implicit`;  work : (n, 16) scratch
     """
-    inner, middle, hinge, length, axial, bending = rod
+    inner, middle, hinge, length, axial, bending, compliance = rod
     n = inner.shape[0]
+    turns = q.size > MODES
     free = 0 if hinge else 1
     whole = n * length
     for j in range(3):
@@ -59,6 +63,8 @@ def balance(q, R, r, v, load, known, rate, drag, strain, rod, work):
         else:
             for j in range(9):
                 Q[k, j] = CLAMP[j]
+            if turns:  # about the clamp's own directors, {-x, y, -z}
+                turned(Q, 0, -q[MODES], q[MODES + 1], -q[MODES + 2])
         k0 = k1 = k2 = 0.0
         if k >= free:
             for j in range(BEND):
@@ -82,8 +88,11 @@ def balance(q, R, r, v, load, known, rate, drag, strain, rod, work):
         for j in range(3):
             r[k + 1, j] = r[k, j] + length * (Q[k, j] * g0 + Q[k, 3 + j] * g1 + Q[k, 6 + j] * g2)
             v[k + 1, j] = rate * r[k + 1, j] + known[k + 1, j]
-    for j in range(MODES):
+    for j in range(q.size):
         R[j] = 0.0
+    if turns:
+        for j in range(3):
+            R[MODES + j] = q[MODES + j]
     N0 = N1 = N2 = 0.0
     M0 = M1 = M2 = 0.0
     C0 = C1 = C2 = 0.0
@@ -91,6 +100,11 @@ def balance(q, R, r, v, load, known, rate, drag, strain, rod, work):
         N0 += load[k + 1, 0] - drag[k + 1] * v[k + 1, 0]
         N1 += load[k + 1, 1] - drag[k + 1] * v[k + 1, 1]
         N2 += load[k + 1, 2] - drag[k + 1] * v[k + 1, 2]
+        if turns:  # the moment of all loads about the base, by parts
+            d0, d1, d2 = r[k + 1, 0] - r[k, 0], r[k + 1, 1] - r[k, 1], r[k + 1, 2] - r[k, 2]
+            R[MODES] -= compliance * (d1 * N2 - d2 * N1)
+            R[MODES + 1] -= compliance * (d2 * N0 - d0 * N2)
+            R[MODES + 2] -= compliance * (d0 * N1 - d1 * N0)
         a0 = Q[k, 0] * N0 + Q[k, 1] * N1 + Q[k, 2] * N2
         a1 = Q[k, 3] * N0 + Q[k, 4] * N1 + Q[k, 5] * N2
         a2 = Q[k, 6] * N0 + Q[k, 7] * N1 + Q[k, 8] * N2
@@ -135,43 +149,45 @@ def balance(q, R, r, v, load, known, rate, drag, strain, rod, work):
 def _improve(inverse, s, before, after, y, c):
     """Broyden's update of the inverse Jacobian by the step s between two residuals; y, c : scratch."""
     whole = 0.0
-    for i in range(MODES):
+    m = s.size
+    for i in range(m):
         d = e = 0.0
-        for j in range(MODES):
+        for j in range(m):
             d += inverse[i, j] * (after[j] - before[j])
             e += s[j] * inverse[j, i]
         y[i], c[i] = s[i] - d, e
         whole += s[i] * d
     if abs(whole) > 1e-30:
-        for i in range(MODES):
-            for j in range(MODES):
+        for i in range(m):
+            for j in range(m):
                 inverse[i, j] += y[i] * c[j] / whole
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _invert(A, inverse):
-    """Inverse of A (MODES, MODES), which is spoilt, by Gauss and Jordan with pivots; False where singular."""
-    for i in range(MODES):
-        for j in range(MODES):
+    """Inverse of A (m, m), which is spoilt, by Gauss and Jordan with pivots; False where singular."""
+    m = A.shape[0]
+    for i in range(m):
+        for j in range(m):
             inverse[i, j] = 1.0 if i == j else 0.0
-    for k in range(MODES):
+    for k in range(m):
         best = k
-        for i in range(k + 1, MODES):
+        for i in range(k + 1, m):
             if abs(A[i, k]) > abs(A[best, k]):
                 best = i
         if not abs(A[best, k]) > 1e-300:
             return False
-        for j in range(MODES):
+        for j in range(m):
             A[k, j], A[best, j] = A[best, j], A[k, j]
             inverse[k, j], inverse[best, j] = inverse[best, j], inverse[k, j]
         whole = 1.0 / A[k, k]
-        for j in range(MODES):
+        for j in range(m):
             A[k, j] *= whole
             inverse[k, j] *= whole
-        for i in range(MODES):
+        for i in range(m):
             part = A[i, k]
             if i != k and part != 0.0:
-                for j in range(MODES):
+                for j in range(m):
                     A[i, j] -= part * A[k, j]
                     inverse[i, j] -= part * inverse[k, j]
     return True
@@ -179,35 +195,36 @@ def _invert(A, inverse):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _solve(q, inverse, anew, r, v, load, known, rate, drag, strain, rod, work):
-    """Newton from q (MODES,) in place, `inverse` the kept inverse Jacobian; True where it converges."""
-    R, T, s, y, c = np.empty(MODES), np.empty(MODES), np.zeros(MODES), np.empty(MODES), np.empty(MODES)
-    J = np.empty((MODES, MODES))
+    """Newton from q (m,) in place, `inverse` the kept inverse Jacobian; True where it converges."""
+    m = q.size
+    R, T, s, y, c = np.empty(m), np.empty(m), np.zeros(m), np.empty(m), np.empty(m)
+    J = np.empty((m, m))
     before = math.inf
     for turn in range(MOST):
         balance(q, R, r, v, load, known, rate, drag, strain, rod, work)
         if anew or turn == 8:
-            for j in range(MODES):
+            for j in range(m):
                 keep = q[j]
                 q[j] += 1e-6
                 balance(q, T, r, v, load, known, rate, drag, strain, rod, work)
                 q[j] = keep
-                for i in range(MODES):
+                for i in range(m):
                     J[i, j] = (T[i] - R[i]) / 1e-6
             if not _invert(J, inverse):
                 return False
         elif turn > 0:
             _improve(inverse, s, T, R, y, c)
         size = 0.0
-        for i in range(MODES):
+        for i in range(m):
             d = 0.0
-            for j in range(MODES):
+            for j in range(m):
                 d -= inverse[i, j] * R[j]
             s[i] = d
             size = max(size, abs(d))
             T[i] = R[i]
         if not math.isfinite(size):
             return False
-        for i in range(MODES):
+        for i in range(m):
             s[i] /= max(1.0, size)
             q[i] += s[i]
         if size < CLOSE:
@@ -228,12 +245,13 @@ def implicit(strain, step, weight, mass, damped, slow, rod):
     weight : (n + 1, 3) N;  mass : (n + 1,) with the payload, kg;  damped : (n + 1,) without it
     slow : translational damping, 1/s
     rod : modes at the inner points (n, BEND) and in the elements (n, 2), whether the clamp is a hinge, length
-        of an element in m, axial and bending stiffness (3,) each
+        of an element in m, axial and bending stiffness (3,) each, the clamp's compliance in rad/(N m)
     """
     n = mass.size - 1
+    count = MODES + (3 if rod[6] > 0.0 else 0)
     out = np.full((strain.shape[0], 3), math.nan)
-    q, move, last = np.zeros(MODES), np.zeros(MODES), np.zeros(MODES)
-    inverse = np.zeros((MODES, MODES))
+    q, move, last = np.zeros(count), np.zeros(count), np.zeros(count)
+    inverse = np.zeros((count, count))
     r, v, known, load = np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
     r1, r2, v1, v2 = np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
     drag, work = np.zeros(n + 1), np.empty((n, 16))
@@ -246,12 +264,12 @@ def implicit(strain, step, weight, mass, damped, slow, rod):
             for j in range(3):
                 known[k, j] = (-2.0 * r1[k, j] + 0.5 * r2[k, j]) / step
                 load[k, j] = weight[k, j] + mass[k] * (2.0 * v1[k, j] - 0.5 * v2[k, j]) / step
-        for i in range(MODES):
+        for i in range(count):
             last[i] = q[i]
             q[i] += move[i]
         if not _solve(q, inverse, m <= 1, r, v, load, known, rate, drag, strain[m], rod, work):
             return out
-        for i in range(MODES):
+        for i in range(count):
             move[i] = q[i] - last[i] if m > 0 else 0.0
         for k in range(n + 1):
             for j in range(3):

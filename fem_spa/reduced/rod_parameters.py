@@ -56,6 +56,13 @@ def am_i_support() -> dict[str, Parameter]:
             0.3,
             "share of each other chamber's pressure that acts in a chamber; none in the paper",
         ),
+        "base_compliance": Parameter(
+            0.0,
+            "rad/(N*m)",
+            0.0,
+            5.0,
+            "turn of the clamp for the moment at it, zero for a clamp that is fast; none in the paper",
+        ),
         "base_tilt_x": Parameter(
             0.0, "deg", -0.5, 0.5, "rotation of the clamped base about x; none in the paper"
         ),

@@ -39,7 +39,16 @@ _FACTORS = {
         "kPa": 1e3,
         "Pa": 1.0,
     },
-    **{"kPa/mm": 1e6, "kPa*s/mm": 1e6, "mm/kPa": 1e-6, "N*m/rad": 1.0, "N*m": 1.0, "kg": 1.0, "1/s": 1.0},
+    **{
+        "kPa/mm": 1e6,
+        "kPa*s/mm": 1e6,
+        "mm/kPa": 1e-6,
+        "N*m/rad": 1.0,
+        "rad/(N*m)": 1.0,
+        "N*m": 1.0,
+        "kg": 1.0,
+        "1/s": 1.0,
+    },
 }
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 

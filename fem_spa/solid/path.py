@@ -147,7 +147,7 @@ class Walk:
             status=status,
             message=message,
             rows=self.rows,
-            states=[self.state] if self.state else [],
+            states=[replace(self.state, displacement=self.system.seen(self.x))] if self.state else [],
             dofs=self.system.pattern.n_free,
             elements=len(self.space.tets),
             newton_iterations=self.iterations,
@@ -186,7 +186,7 @@ class Walk:
             rest = self.system.evaluate(self.x, self.pressure, 0.0)
             self.equilibrium = Equilibrium(self.x, self.pressure, rest, 0, True)
         self.keep(self.equilibrium, is_point=True)
-        self.angle.begin_path(self.system.displacement(self.x))
+        self.angle.begin_path(self.system.seen(self.x))
         if self.problem.blocked and self.problem.loads.tip_displacement is None:
             self.account()
             self.setup(hold_tip=True)
@@ -361,7 +361,7 @@ class Walk:
     def keep(self, equilibrium: Equilibrium, is_point: bool) -> None:
         system = self.system
         self.x, self.pressure = equilibrium.x, equilibrium.pressure
-        displacement = system.displacement(self.x)
+        displacement, seen = system.displacement(self.x), system.seen(self.x)
         stretch, _ = system.max_stretch()
         volume = equilibrium.evaluation.volume * system.multiplicity
         named = dict(zip(system.cavities, self.pressure.tolist(), strict=True))
@@ -372,8 +372,8 @@ class Walk:
         row = Row(
             step=len(self.rows),
             pressure=named,
-            angle=self.angle(displacement),
-            tip=self.angle.tip(displacement),
+            angle=self.angle(seen),
+            tip=self.angle.tip(seen),
             volume=float(volume.sum()),
             max_stretch=stretch,
             force=force,
@@ -392,7 +392,7 @@ class Walk:
         self.state = state
         self.watch_stability(equilibrium, closely=self.fraction > 1.0 - 1e-9)
         for observer in self.observers:
-            observer.converged(state, row, self.fraction)
+            observer.converged(replace(state, displacement=seen), row, self.fraction)
 
     @property
     def approaching(self) -> bool:

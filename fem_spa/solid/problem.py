@@ -90,6 +90,7 @@ class Problem:
     blocked : the tip is held where it is once gravity has acted; its reaction is observed
     contact : the boundary cannot pass through itself
     obstacles : rigid bodies that the boundary cannot enter, whatever `contact` says
+    base_compliance : rad/(N m), by which the fixed surfaces turn as one under the moment of the dead loads
     linear : pictures and sentences tell the stroke, not the angle; nothing solved depends on it
     """
 
@@ -104,6 +105,7 @@ class Problem:
     contact: bool = False
     obstacles: tuple[Obstacle, ...] = ()
     linear: bool = False
+    base_compliance: float = 0.0
 
 
 @dataclass(frozen=True)

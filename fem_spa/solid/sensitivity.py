@@ -90,6 +90,8 @@ class Sensitivities(Silent):
     def start(self, problem: Problem, space: Space) -> None:
         """The problem is accepted: systems of it and of its neighbours, each knob a step up and down."""
         loads = problem.loads
+        if problem.base_compliance:
+            raise InputError("given supports.base_compliance: derivatives are of a fast base; leave it out")
         self.problem, self.space = problem, space
         self.moves_tip = loads.tip_displacement is not None
         self.free = _Probe(problem, space, self.steps, hold_tip=self.moves_tip)

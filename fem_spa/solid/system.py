@@ -20,6 +20,7 @@ import numpy as np
 
 from fem_spa.errors import InputError
 from fem_spa.solid import kernel, pattern
+from fem_spa.solid.base_spring import spring_of
 from fem_spa.solid.cavity import Cavity, closing, plane_levels, triangle_rule
 from fem_spa.solid.contact import Contact, Touching
 from fem_spa.solid.invariants import stretches
@@ -126,6 +127,7 @@ class System:
         self._forces = np.empty((len(space.tets), kernel.N_LOCAL))
         self._blocks = np.empty((min(_BATCH, len(space.tets)), kernel.N_UPPER))
         self.dead = self._dead_forces()
+        self.spring = spring_of(problem, space, self.dead, self.multiplicity)
         vertex_volume = np.zeros(space.n_vertices)
         np.add.at(vertex_volume, space.tets[:, :4], space.weight @ space.pressure_shape)
         self._volume_norm = float(np.linalg.norm(vertex_volume))
@@ -148,6 +150,10 @@ class System:
             nodes = np.unique(self.space.surfaces["tip"])
             for i in range(3):
                 x[3 * nodes + i] = factor * tip[i]
+
+    def seen(self, x: np.ndarray) -> np.ndarray:
+        """(n_nodes, 3) m as from outside, where the base is not held fast."""
+        return self.displacement(x) if self.spring is None else self.spring.seen(self.displacement(x))
 
     # -- equilibrium -----------------------------------------------------------------------------
 
@@ -180,7 +186,7 @@ class System:
         for membrane, dofs in zip(self._membranes, self._layer_dofs, strict=True):
             pattern.add_vectors(dofs, membrane.residual(displacement), force)
         internal = float(norm(force[: self.n_u]))
-        force -= dead_factor * self.dead
+        force -= dead_factor * (self.spring.turned(displacement, dead_factor) if self.spring else self.dead)
         position = s.points + displacement
         if self.contact is not None:
             began = time.perf_counter()

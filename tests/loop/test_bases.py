@@ -80,6 +80,23 @@ def test_gravity_switched_on_is_the_heavy_rod(arm: Data, stiffer: float) -> None
     assert np.abs(told - true).max() < 0.02 * weight
 
 
+@pytest.mark.parametrize("stiffer", [0.0, 0.13])
+def test_a_compliant_base_switched_on_is_the_rod_on_its_spring(arm: Data, stiffer: float) -> None:
+    # a turn in proportion to the pressure, as the block has it, is another thing: weight turns the base
+    base = base_for(rod(), arm, AXES)
+    assert base.switched is not None and base.exact is not None
+    theta = {"base-compliance": np.array([0.6])}
+    own = rod(base_compliance="0.3 rad/(N*m)")
+    own = own.with_values(modulus=own.parameters["modulus"].value * np.exp(stiffer))
+    true = simulated(own, arm, arm.pressure, AXES)
+    told, whole = (f(arm, arm.pressure, np.array([stiffer]), theta) for f in (base.switched, base.exact))
+    turned = np.abs(true - base.respond(arm, arm.pressure, np.array([stiffer]))).max()
+    assert turned > 3e-3
+    assert np.abs(told - true).max() < 0.03 * turned
+    assert np.abs(whole - true).max() < 1e-9
+    assert "base-compliance" not in base_for(rod(gravity=False), arm, AXES).physical
+
+
 def test_damping_switched_on_is_the_damped_rod(arm: Data) -> None:
     # one lag of the tip leaves a third of what damping does; its exact form is that of the rod
     base = base_for(rod(damping=False), arm, AXES)

@@ -17,10 +17,11 @@ from fem_spa.deck import read_deck
 from fem_spa.errors import InputError
 from fem_spa.loop.base_fem import DeckModel, read_deck_model
 from fem_spa.loop.decide import Decision
-from fem_spa.loop.deck_forms import STRUCTURAL, Work, _lagrange, _too_long, _walled
+from fem_spa.loop.deck_forms import STRUCTURAL, Work, _lagrange, _too_long, _walled, form_of
 from fem_spa.loop.deck_solve import DeckSolve, Frame, digest
 from fem_spa.loop.deck_word import _renamed
 from fem_spa.loop.model_file import read_source
+from fem_spa.prepare import prepare
 from fem_spa.reduced.curve import from_points, read_columns
 from fem_spa.reduced.model import Drive
 
@@ -80,13 +81,41 @@ def test_solves_that_take_too_long_are_left_to_the_user(tmp_path: Path) -> None:
     deck = deck_in(tmp_path)
     kept(deck, tmp_path / "out", seconds=100.0)
     data = SimpleNamespace(orientation=np.repeat([0.0, 1.0, 2.0], 5))
-    for until, late in ((None, []), (600.0, ["gravity", "payload"]), (10.0, list(STRUCTURAL))):
+    for until, late in (
+        (None, []),
+        (600.0, ["gravity", "payload", "base-compliance"]),
+        (10.0, list(STRUCTURAL)),
+    ):
         source = read_source(tmp_path / "model.toml", tmp_path / "out")
         end = None if until is None else time.perf_counter() + until
         work = Work(source, data, data, data, until=end)  # type: ignore[arg-type]
         assert [n for n in STRUCTURAL if _too_long(work, n)] == late
     assert "15 min" in str(_too_long(work, "gravity"))
     assert _too_long(work, "creep") is None
+
+
+def test_a_base_turns_under_weight_only(tmp_path: Path) -> None:
+    """Without weight the report says why; with it the first turn tried is the block's."""
+    deck = deck_in(tmp_path)
+    kept(deck, tmp_path / "out")
+    free = read_deck_model({"kind": "fem", "deck": "deck.toml"}, tmp_path, tmp_path / "out")
+    data = SimpleNamespace(payload=np.zeros(3))
+    chain = SimpleNamespace(scale=np.array([2.0]), gain=1.0, base=SimpleNamespace(names=("angle",)))
+    given: Any = (np.array([0.1]), free, data, chain)
+    assert "no moment" in str(form_of("base-compliance", *given))
+    form = form_of("base-compliance", given[0], free.changed(gravity=1.0), *given[2:])
+    assert not isinstance(form, str) and form.first == pytest.approx(0.2)
+    mesh = prepare(free.solve.deck).problem.mesh
+    X = mesh.points[mesh.tets[:, :4]]
+    volume = np.abs(np.linalg.det(X[:, 1:] - X[:, :1])) / 6
+    base = mesh.points[np.unique(mesh.surfaces["base"])].mean(axis=0)
+    far = volume @ (X.mean(axis=1) - base)
+    moment = 2 * 20000 * 9.81 * float(np.hypot(far[0], far[2]))
+    assert form.show(0.2) == pytest.approx(np.degrees(0.2 / moment), rel=0.1)
+    solve = form.model(0.2).solve
+    assert solve.deck.supports.base_compliance.si == pytest.approx(np.radians(form.show(0.2)), rel=1e-4)
+    turning: Any = (given[0], free.changed(gravity=1.0, solve=solve), *given[2:])
+    assert "already" in str(form_of("base-compliance", *turning))
 
 
 def test_another_deck_is_another_solve(tmp_path: Path) -> None:
@@ -137,8 +166,6 @@ def test_obstacle_and_walls_are_decks_of_their_own(tmp_path: Path) -> None:
     wall = solve.with_plane(np.array([0.03, 0.0, -0.01]), np.array([0.0, 0.0, 1.0]), "wall 5 mm away")
     assert wall.path.is_file() and len(wall.deck.loads.obstacles or []) == 1
     thick = solve.with_walls(1.1)
-    from fem_spa.prepare import prepare
-
     meshes = [prepare(d.deck).problem.mesh for d in (solve, thick)]
     inside = [float(np.ptp(m.points[m.surfaces["cavity slow"].ravel()], axis=0)[2]) for m in meshes]
     assert inside[1] < 0.995 * inside[0]  # air gives way, the outside stays

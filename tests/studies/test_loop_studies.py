@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from fem_spa.cli import main
+from fem_spa.engine.interface import Ended
 from fem_spa.errors import InputError
 from fem_spa.loop.records import read_record
 from studies import (
@@ -22,6 +24,7 @@ from studies import (
     loop_records,
     loop_zigzag,
 )
+from studies.loop_records import arm
 
 STUDIES = {
     "ecoflex_compression": (ecoflex_compression, "ecoflex_compression_qmul"),
@@ -129,14 +132,107 @@ def test_cards_are_too_soft_in_compression() -> None:
     assert ecoflex_compression.stiffness_ratio("30", tests) == pytest.approx(1.9, abs=0.1)
 
 
+class Here:
+    """An engine that runs everything in this process."""
+
+    def __enter__(self) -> Here:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def run(self, function: Callable[[Any], Any], tasks: Sequence[Any]) -> Any:
+        for number, task in enumerate(tasks):
+            yield Ended(number, function(task))
+
+
 def test_arm_records_are_of_the_whole_rod(
     told: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(loop_arm, "diagnose", told)
-    monkeypatch.setattr(loop_arm, "SECONDS", 1.0)
+    """All protocols together and each alone, for each component: one left out would be missing here."""
+    monkeypatch.setattr(loop_records, "diagnose", told)
+    monkeypatch.setattr(loop_arm, "open_engine", lambda most: Here())
+    for name, seconds in {"SECONDS": 1.0, "SITTING": 1.0}.items():
+        monkeypatch.setattr(loop_arm, name, seconds)
+    monkeypatch.setattr(loop_arm, "COMPONENTS", ("gravity", "damping"))
     assert loop_arm.run(tmp_path) == 0
-    assert [held for _, held in told.calls] == [set(loop_arm.HELD)] * len(loop_arm.COMPONENTS)
-    assert "without gravity: not found (expected gravity)" in capsys.readouterr().out
+    alone = ["stretch", "bend1", "bend2", "sine", "babble", "level"]
+    held = [held for _, held in told.calls]
+    assert held[0] == held[7] == set(loop_arm.HELD)
+    assert [len(h) for h in held[1:7]] == [1] * 6
+    assert [h.pop()[:-1] for h in held[1:7]] == alone
+    assert all(len(train) >= 2 for train, _ in told.calls)
+    said = capsys.readouterr().out
+    assert "without gravity: not found (expected gravity)" in said
+    for protocol in alone:
+        assert f"gravity      {protocol}" in said
+
+
+def test_what_a_component_shows_is_nothing_where_it_does_nothing() -> None:
+    """No pressure: valve and gains do nothing, weight is an offset; a turned, bent arm shows it."""
+    n, rate = 20, 10.0
+    idle = (np.zeros((n, 3)), 0.0), (np.zeros((n, 3)), 0.0)
+    for component in ("gravity", "strain_gains", "valve"):
+        assert arm.shows(component, idle, rate) == pytest.approx(0.0, abs=1e-6)
+    bent = np.full((n, 3), [300.0, 0.0, 0.0])
+    moved = (np.zeros((n, 3)), 90.0), (bent, 90.0)
+    assert arm.shows("gravity", moved, rate) > 2.0
+
+
+def test_a_finished_diagnosis_is_not_done_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, told: Any
+) -> None:
+    """The report in the folder is taken for the same files only: not for another record or hold-out."""
+    from fem_spa.loop.report_json import inputs, versions
+
+    model, *files = (tmp_path / f"{name}.csv" for name in ("model", "a", "b"))
+    for path in (model, *files):
+        path.write_text(f"time [s],pressure [kPa],angle [deg]\n{path.stem},0,0\n", encoding="utf-8")
+    calls = []
+
+    def diagnose(model: Path, records: Any, out: Path, holdout: Any = (), seed: int = 1) -> dict[str, Any]:
+        calls.append(out.name)
+        rows = [{"file": p.name, "role": "train"} for p in records]
+        rows += [{"file": p.name, "role": "heldout"} for p in holdout]
+        report = {"inputs": inputs([model, *records, *holdout]), "versions": versions()}
+        report["error"] = {"records": rows}
+        out.mkdir(exist_ok=True)
+        (out / "report.json").write_text(json.dumps(report), encoding="utf-8")
+        return report
+
+    monkeypatch.setattr(loop_records, "diagnose", diagnose)
+    out = tmp_path / "out"
+    first = loop_records.kept(model, files[:1], out, files[1:])
+    assert loop_records.kept(model, files[:1], out, files[1:]) == first
+    assert len(calls) == 1
+    loop_records.kept(model, files[1:], out, files[:1])
+    assert len(calls) == 2
+    files[0].write_text("time [s],pressure [kPa],angle [deg]\n1,0,0\n", encoding="utf-8")
+    loop_records.kept(model, files[1:], out, files[:1])
+    assert len(calls) == 3
+    (out / "report.json").write_text("{", encoding="utf-8")
+    loop_records.kept(model, files[1:], out, files[:1])
+    assert len(calls) == 4
+
+
+def test_an_arm_is_judged_by_what_is_named() -> None:
+    """A confident other name is wrong; one class is told from it; silence is right where nothing shows."""
+
+    def report(*names: str, rivals: Sequence[str] = ()) -> dict[str, Any]:
+        return {
+            "effects": [{"name": n, "rivals": list(rivals)} for n in names],
+            "candidates": [*names, *rivals],
+        }
+
+    judged = loop_arm.judged
+    assert judged("gravity", report("gravity"), 3.0) == "right"
+    assert judged("gravity", report("payload", rivals=["gravity"]), 3.0) == "in the set"
+    assert judged("gravity", report("payload"), 3.0) == "its like"
+    assert judged("gravity", report("creep"), 3.0) == "wrong"
+    assert judged("gravity", report("gravity", "creep"), 3.0) == "and creep"
+    assert judged("gravity", report(), 0.1) == "hidden"
+    assert judged("gravity", report(), 3.0) == "missed"
+    assert judged("valve", report("pressure-lag", "dead-band"), 3.0) == "right"
 
 
 def test_finger_truth_is_told_after_the_verdict(

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.signatures.curves import PROPORTION
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -24,4 +25,5 @@ EFFECT = Effect(
     classmates=("contact", "stiffening", "wall-thickness", "sensor-nonlinearity"),
     experiment="base marker",
     words="a rigid turn of the whole actuator, in proportion to the pressure",
+    signature=PROPORTION,
 )

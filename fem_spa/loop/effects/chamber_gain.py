@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param
+from fem_spa.loop.signatures.chambers import CHAMBER
 
 
 def apply(ctx: Context, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -34,4 +35,5 @@ EFFECT = Effect(
     untestable=lambda ctx: "one pressure only" if ctx.data.pressure.shape[1] < 2 else None,
     experiment="single chambers",
     words="one chamber does more than the others at the same pressure",
+    signature=CHAMBER,
 )

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid, soft_plus
+from fem_spa.loop.signatures.curves import HINGE
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -35,4 +36,5 @@ EFFECT = Effect(
     classmates=("stiffening", "wall-thickness", "sensor-nonlinearity", "base-compliance"),
     experiment="known masses",
     words="the slope changes at one state, the same up and down",
+    signature=HINGE,
 )

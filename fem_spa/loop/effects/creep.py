@@ -4,6 +4,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param
 from fem_spa.loop.operators import lowpass
+from fem_spa.loop.signatures.rests import ONWARD
 
 TIMES = (0.8, 4.0, 20.0, 100.0)
 """s: retardation times of the Prony series; their shares are free."""
@@ -35,4 +36,5 @@ EFFECT = Effect(
     starts=starts,
     experiment="hold and recovery",
     words="goes on moving in holds, and comes back late after unloading",
+    signature=ONWARD,
 )

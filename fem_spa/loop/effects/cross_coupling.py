@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.signatures.chambers import NEIGHBOURS
 
 
 def apply(ctx: Context, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -27,4 +28,5 @@ EFFECT = Effect(
     untestable=lambda ctx: "one pressure only" if ctx.data.pressure.shape[1] < 2 else None,
     experiment="single chambers",
     words="a chamber moves what only its neighbour is asked to move",
+    signature=NEIGHBOURS,
 )

@@ -5,6 +5,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid, soft_plus
 from fem_spa.loop.operators import play
+from fem_spa.loop.signatures.curves import THRESHOLD
 
 
 def apply(ctx: Context, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -43,4 +44,5 @@ EFFECT = Effect(
     classmates=("hysteresis", "friction"),
     experiment="low ramp",
     words="no motion below a threshold of pressure, or for some pressure after each reversal",
+    signature=THRESHOLD,
 )

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param
+from fem_spa.loop.signatures.history import STEP
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -46,4 +47,5 @@ EFFECT = Effect(
     starts=starts,
     experiment="repeat first record",
     words="one step in the gain, at one moment, that stays",
+    signature=STEP,
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.operators import delayed
+from fem_spa.loop.signatures.loops import LATER
 
 
 def apply(ctx: Context, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -24,4 +25,5 @@ EFFECT = Effect(
     starts=lambda ctx: grid([0.02, 0.035, 0.06, 0.09, 0.13, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0]),
     experiment="steps",
     words="the whole motion comes later by the same time at every rate",
+    signature=LATER,
 )

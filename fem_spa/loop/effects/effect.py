@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fem_spa.loop.data import Data
+from fem_spa.loop.signatures.statistic import Statistic
 
 SLOTS = ("input", "actuation", "stiffness", "state", "load", "sensor")
 """In causal order; `input` and `actuation` blocks turn pressures, the others the response of the base
@@ -97,6 +98,7 @@ class Effect:
     classmates : what one output alone cannot tell from it (contract)
     experiment : the primitive of `experiment.py` that would separate it
     words : what its residual looks like, for a person
+    signature : what of a residual is its own mark, in numbers; None where the base's refit takes it all
     """
 
     name: str
@@ -112,6 +114,7 @@ class Effect:
     after: Apply | None = None
     experiment: str = "rates"
     words: str = ""
+    signature: Statistic | None = None
 
     @property
     def low(self) -> np.ndarray:

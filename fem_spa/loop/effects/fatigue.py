@@ -5,6 +5,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.operators import travelled
+from fem_spa.loop.signatures.history import CYCLES
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -34,4 +35,5 @@ EFFECT = Effect(
     classmates=("temperature", "sensor-drift"),
     experiment="rest",
     words="grows from cycle to cycle and does not recover",
+    signature=CYCLES,
 )

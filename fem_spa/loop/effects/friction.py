@@ -4,6 +4,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param
 from fem_spa.loop.operators import sliding
+from fem_spa.loop.signatures.loops import GAP
 
 QUARTERS = (-1.150, -0.319, 0.319, 1.150)
 """Normal deviates in the middle of four equal parts of all places that rub."""
@@ -48,4 +49,5 @@ EFFECT = Effect(
     classmates=("hysteresis", "dead-band"),
     experiment="rates",
     words="plateaus after reversals, of the same size at every rate",
+    signature=GAP,
 )

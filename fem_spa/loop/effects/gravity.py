@@ -4,6 +4,8 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.effects.weight import weighed
+from fem_spa.loop.signatures.loads import pulled
+from fem_spa.loop.signatures.statistic import Seen
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -29,6 +31,13 @@ def untestable(ctx: Context) -> str | None:
     return None
 
 
+def turn(seen: Seen, share: float) -> np.ndarray:
+    """(n, d) turn by such a weight of the body, SI."""
+    response = seen.response / seen.gain
+    size = np.full(len(response), share)
+    return np.asarray(seen.gain * (weighed(seen.context, response, size, tip=False) - response))
+
+
 EFFECT = Effect(
     name="gravity",
     family="load",
@@ -42,4 +51,5 @@ EFFECT = Effect(
     untestable=untestable,
     experiment="flip",
     words="goes with the sine of the inclination, and changes sign with the mounting",
+    signature=pulled("gravity", turn),
 )

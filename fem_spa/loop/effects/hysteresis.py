@@ -5,6 +5,7 @@ import numpy as np
 from fem_spa.loop.data import Data
 from fem_spa.loop.effects.effect import Context, Effect, Param
 from fem_spa.loop.operators import play
+from fem_spa.loop.signatures.loops import GAP
 
 RADII = (0.03, 0.08, 0.18, 0.36)
 """Thresholds as shares of the largest pressure, or of the response; their weights are free."""
@@ -70,4 +71,5 @@ EFFECT = Effect(
     classmates=("friction", "dead-band"),
     experiment="rates",
     words="loops between rise and fall that do not shrink when driven slower",
+    signature=GAP,
 )

@@ -4,6 +4,8 @@ import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
 from fem_spa.loop.effects.effect import Context, Effect, Param
+from fem_spa.loop.signatures.loops import swings
+from fem_spa.loop.signatures.statistic import Seen
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -28,11 +30,21 @@ def untestable(ctx: Context) -> str | None:
     return None if step < 0.15 else f"samples {step:.2g} s apart are too far for oscillations"
 
 
+def _periods(ctx: Context) -> list[float]:
+    step = min(r.step for r in ctx.data.runs)
+    return [t for t in (0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.9, 1.4) if t > 4.0 * step]
+
+
 def starts(ctx: Context) -> list[list[np.ndarray]]:
     """Periods that the sampling resolves."""
-    step = min(r.step for r in ctx.data.runs)
-    periods = [t for t in (0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.9, 1.4) if t > 4.0 * step]
-    return [[np.array([t, z])] for t in periods for z in (0.15, 0.45)]
+    return [[np.array([t, z])] for t in _periods(ctx) for z in (0.15, 0.45)]
+
+
+def ringing(seen: Seen) -> list[tuple[float, np.ndarray]]:
+    """Period (s) and (n, d) what a mass of it adds to the response, SI."""
+    response = seen.response / seen.gain
+    swung = ((t, apply(seen.context, response, np.array([t, 0.3]))) for t in _periods(seen.context))
+    return [(t, np.asarray(seen.gain * (moved - response))) for t, moved in swung]
 
 
 EFFECT = Effect(
@@ -47,4 +59,5 @@ EFFECT = Effect(
     untestable=untestable,
     experiment="steps",
     words="overshoots and rings after steps",
+    signature=swings(ringing),
 )

@@ -7,6 +7,7 @@ from scipy.signal import lfilter
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.operators import holding
+from fem_spa.loop.signatures.rests import DROOP
 
 RESTORE = 0.3
 """s in which an open valve restores what was lost."""
@@ -61,4 +62,5 @@ EFFECT = Effect(
     untestable=untestable,
     experiment="closed valve",
     words="droops while the command is held, and is back when it moves on",
+    signature=DROOP,
 )

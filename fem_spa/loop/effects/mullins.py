@@ -5,6 +5,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param
 from fem_spa.loop.operators import running_max
+from fem_spa.loop.signatures.history import BELOW
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -63,4 +64,5 @@ EFFECT = Effect(
     untestable=untestable,
     experiment="amplitude ladder",
     words="softer below the largest pressure seen so far, whenever that was",
+    signature=BELOW,
 )

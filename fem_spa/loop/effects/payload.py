@@ -3,8 +3,11 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.effects.gravity import turn as body
 from fem_spa.loop.effects.gravity import untestable as same_orientation
 from fem_spa.loop.effects.weight import weighed
+from fem_spa.loop.signatures.loads import pulled
+from fem_spa.loop.signatures.statistic import Seen
 
 
 def loads(ctx: Context) -> np.ndarray:
@@ -32,6 +35,13 @@ def untestable(ctx: Context) -> str | None:
     return same_orientation(ctx)
 
 
+def turn(seen: Seen, share: float) -> np.ndarray:
+    """(n, d) turn by such a payload, SI."""
+    response = seen.response / seen.gain
+    size = share * loads(seen.context)
+    return np.asarray(seen.gain * (weighed(seen.context, response, size, tip=True) - response))
+
+
 EFFECT = Effect(
     name="payload",
     family="load",
@@ -45,4 +55,5 @@ EFFECT = Effect(
     untestable=untestable,
     experiment="known masses",
     words="scales with the mass at the tip",
+    signature=pulled("payload", turn, body),
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.operators import lag_up_down, lowpass, rate_limited
+from fem_spa.loop.signatures.loops import FILLING
 
 
 def apply(ctx: Context, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -40,4 +41,5 @@ EFFECT = Effect(
     classmates=("viscous-lag", "sensor-lag"),
     experiment="measured pressure",
     words="late after changes of pressure, rise and fall unlike",
+    signature=FILLING,
 )

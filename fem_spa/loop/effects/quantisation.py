@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param
+from fem_spa.loop.signatures.jumps import SAW
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -25,4 +26,5 @@ EFFECT = Effect(
     starts=lambda ctx: [],
     experiment="second sensor",
     words="readings stand on a lattice of whole steps",
+    signature=SAW,
 )

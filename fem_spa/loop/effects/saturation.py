@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid, soft_plus
+from fem_spa.loop.signatures.curves import PLATEAU
 
 
 def apply(ctx: Context, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -28,4 +29,5 @@ EFFECT = Effect(
     starts=lambda ctx: grid([0.05, 0.12, 0.2, 0.3, 0.45], [0.01, 0.05]),
     experiment="overdrive",
     words="a plateau at the largest pressures",
+    signature=PLATEAU,
 )

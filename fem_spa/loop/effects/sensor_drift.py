@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.signatures.history import TIME
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -30,4 +31,5 @@ EFFECT = Effect(
     classmates=("fatigue", "temperature"),
     experiment="zero load",
     words="the reading at rest wanders with time",
+    signature=TIME,
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.operators import staged_lag
+from fem_spa.loop.signatures.loops import READ_LATE
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -26,4 +27,5 @@ EFFECT = Effect(
     classmates=("viscous-lag", "pressure-lag"),
     experiment="second sensor",
     words="late after every change, loops that shrink when driven slower",
+    signature=READ_LATE,
 )

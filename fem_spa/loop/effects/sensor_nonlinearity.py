@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param
+from fem_spa.loop.signatures.curves import BENDS
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -28,4 +29,5 @@ EFFECT = Effect(
     classmates=("contact", "stiffening", "wall-thickness", "base-compliance"),
     experiment="second sensor",
     words="the reading is bent against the motion, the same at every rate and in every record",
+    signature=BENDS,
 )

@@ -4,6 +4,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.operators import lowpass, play
+from fem_spa.loop.signatures.jumps import JUMP
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -37,4 +38,5 @@ EFFECT = Effect(
     starts=lambda ctx: grid([0.1], [0.1 + 0.04 * k for k in range(21)], [0.03, 0.1, 0.22], [0.02], [0.1]),
     experiment="slow ramp",
     words="a jump, at a higher pressure up than down",
+    signature=JUMP,
 )

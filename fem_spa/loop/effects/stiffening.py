@@ -3,6 +3,7 @@
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.signatures.curves import BEND
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -26,4 +27,5 @@ EFFECT = Effect(
     classmates=("contact", "wall-thickness", "sensor-nonlinearity", "base-compliance"),
     experiment="second sensor",
     words="the response flattens smoothly towards large motion, the same up and down",
+    signature=BEND,
 )

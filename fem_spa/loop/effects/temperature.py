@@ -5,7 +5,10 @@ from scipy.ndimage import uniform_filter1d
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.operators import lowpass
+from fem_spa.loop.signatures.history import warmed
 
+WARMING = 300.0
+"""s in which an unlogged body warms, in its mark."""
 LOG_SMOOTHED = 20.0
 """s over which a logged temperature is averaged: a body does not follow the grain of its thermometer."""
 
@@ -63,4 +66,5 @@ EFFECT = Effect(
     untestable=untestable,
     experiment="warm-up",
     words="gain follows the temperature",
+    signature=warmed(lambda seen: warmth(seen.context, WARMING)),
 )

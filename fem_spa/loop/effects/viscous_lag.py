@@ -4,6 +4,7 @@ import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
 from fem_spa.loop.operators import staged_lag
+from fem_spa.loop.signatures.loops import BEHIND
 
 
 def apply(ctx: Context, response: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -26,4 +27,5 @@ EFFECT = Effect(
     classmates=("pressure-lag", "sensor-lag"),
     experiment="measured pressure",
     words="late after every change, loops that shrink when driven slower",
+    signature=BEHIND,
 )

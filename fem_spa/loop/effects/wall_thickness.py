@@ -4,6 +4,7 @@ scaled."""
 import numpy as np
 
 from fem_spa.loop.effects.effect import Context, Effect, Param, grid
+from fem_spa.loop.signatures.curves import AXIS
 
 
 def apply(ctx: Context, pressure: np.ndarray, theta: np.ndarray) -> np.ndarray:
@@ -26,4 +27,5 @@ EFFECT = Effect(
     classmates=("contact", "stiffening", "sensor-nonlinearity", "base-compliance"),
     experiment="second specimen",
     words="another shape of the curve, the same up and down and at every rate",
+    signature=AXIS,
 )
