@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.folds import blocks, by_records
 from fem_spa.loop.noise import Whitener
@@ -10,6 +14,8 @@ from fem_spa.loop.search import FoldErrors, Trial, fold_errors
 
 CARRIED_OVER = 0.5
 """Share of the fitted gain that must be there on records left out."""
+ASIDE = 1.0
+"""Offset of a record, as a share of the span, that puts what differs between records aside."""
 ALONE = 0.7
 """Share of what is known of an effect that comes from one record, from which that record alone shows it."""
 
@@ -27,6 +33,8 @@ def gates(best: Trial, base: Trial, whiten: Whitener) -> tuple[str, ...]:
     parts = blocks(data) if session else None
     errors, plain = (fold_errors(t, data, whiten, parts) for t in (best, base))
     failed = []
+    if not by_records(data) and not _each_tells(best, base, whiten):
+        failed.append("what is gained in the fit to one record is not there on the other")
     if by_records(data) and not _carried_over(errors, plain):
         failed.append("what is gained in the fit is not there on records left out of it")
     for effect, theta in zip(chain.effects, chain.thetas, strict=True):
@@ -38,6 +46,22 @@ def gates(best: Trial, base: Trial, whiten: Whitener) -> tuple[str, ...]:
             for name in as_good_elsewhere(chain, data, whiten)
         ]
     return tuple(failed)
+
+
+def _each_tells(best: Trial, base: Trial, whiten: Whitener) -> bool:
+    """Of two records: whether what the fit to each gains is there within the other, its offset put aside."""
+    data, noise = whiten.data, whiten.noise
+    parts = [np.arange(run.part.start, run.part.stop) for run in data.runs if run.train]
+    if len(parts) < 2:
+        return True
+    own = Whitener(
+        data,
+        replace(noise, offset=ASIDE * float(np.abs(whiten.response).max())),
+        whiten.response,
+        whiten.runs,
+    )
+    errors, plain = (fold_errors(t, data, own, parts) for t in (best, base))
+    return _carried_over(errors, plain)
 
 
 def _carried_over(errors: FoldErrors, base: FoldErrors) -> bool:
