@@ -61,8 +61,8 @@ def signature_of(name: str, study: Study, size: float, unit: str) -> dict[str, A
 def _seen(name: str, study: Study) -> tuple[Seen, np.ndarray]:
     """What the statistic may look at, and (n, d) what is left before.
 
-    By the refitted base, or by the model with the other effects in it where several are named. Of a lattice its
-    step, too, and what is rounded to it.
+    By the refitted base, or by the model with the other effects in it where several are named. Of a lattice
+    its step, too, and what is rounded to it.
     """
     base, data = study.case.chain, study.case.data
     if name == "quantisation":
