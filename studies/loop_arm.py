@@ -242,7 +242,7 @@ def table(found: Found, sizes: dict[tuple[str, str], float], alone: dict[str, fl
         f"{'without':13s}{'protocol':10s}{'shows':>6s}  {'before':>6s} {'after':>6s} {'floor':>6s}  right?",
     ]
     unseen: dict[str, list[str]] = {}
-    faint = []
+    faint, far = [], []
     for (component, protocol), shows in sorted(sizes.items(), key=lambda item: COMPONENTS.index(item[0][0])):
         report = found[component, protocol]
         held = report["error"]["heldout"]
@@ -255,6 +255,8 @@ def table(found: Found, sizes: dict[tuple[str, str], float], alone: dict[str, fl
         mark = judged(component, report, shows)
         named = f"{report['verdict']}: {' and '.join(effects)}" if effects else report["verdict"]
         lines.append(f"{component:13s}{protocol:10s}{shows:6.2f}  {figures}  {mark}: {named}")
+        if effects and held["after"] > 3 * math.hypot(alone[protocol], NOISE, math.sqrt(3) * arm.OFFSET):
+            far.append(f"{component} in {protocol} {held['after']:.2f}")
         if shows < NOISE:
             unseen.setdefault(component, []).append(f"{protocol} {shows:.2f} mm")
         elif shows < 2 * NOISE:
@@ -271,6 +273,7 @@ def table(found: Found, sizes: dict[tuple[str, str], float], alone: dict[str, fl
         "Its like is what may rightly stand beside it as a set, in one mounting and one way of moving:",
         *(f"  {component}: {', '.join(sorted(names))}" for component, names in ALIKE.items()),
         *(f"Hidden: {component} in {', '.join(where)}." for component, where in unseen.items()),
+        *([f"Named, but the number is far off, by what is left: {', '.join(far)} mm."] if far else []),
         *([f"Hardly more than noise: {', '.join(faint)}."] if faint else []),
         "Refused: without that component the base model is so far off that it is taken for another arm's.",
     ]
