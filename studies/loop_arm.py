@@ -46,6 +46,17 @@ ALIKE = {
 """Names that one protocol alone may rightly leave beside the expected one: a set, but not first."""
 PAPER = {"gravity": 1.88, "strain_gains": 1.18, "damping": 1.11, "valve": 0.27}
 """% of the arm's length that leaving it out adds to the mean error, Table 4."""
+MARKS = {
+    "right": "right",
+    "and": "right with another beside it",
+    "in the set": "in the set but not first",
+    "its like": "its like",
+    "wrong": "wrong",
+    "missed": "missed",
+    "hidden": "rightly nothing where it is hidden",
+    "refused": "refused",
+}
+"""How a verdict on one protocol alone is marked -> in words."""
 COMPONENTS = ("gravity", "strain_gains", "damping", "valve")
 """Those that `run` leaves out, one at a time."""
 LENGTH = 190.0
@@ -206,6 +217,8 @@ def judged(component: str, report: dict[str, Any], shows: float) -> str:
     names = [effect["name"] for effect in report["effects"]]
     expected, alike, candidates = EXPECTED[component], ALIKE[component], {*report["candidates"]}
     hidden = shows < NOISE
+    if report["verdict"] == "insufficient":
+        return "refused"
     if not names:
         return "hidden" if hidden else "missed"
     others = [n for n in names if n not in expected]
@@ -218,6 +231,10 @@ def judged(component: str, report: dict[str, Any], shows: float) -> str:
     return "its like" if {*names} <= alike else "wrong, hidden" if hidden else "wrong"
 
 
+def _count(marks: Sequence[str], start: str) -> int:
+    return sum(mark.startswith(start) for mark in marks)
+
+
 def table(found: Found, sizes: dict[tuple[str, str], float], alone: dict[str, float]) -> str:
     """Components by protocols, one alone each."""
     lines = [
@@ -225,6 +242,7 @@ def table(found: Found, sizes: dict[tuple[str, str], float], alone: dict[str, fl
         f"{'without':13s}{'protocol':10s}{'shows':>6s}  {'before':>6s} {'after':>6s} {'floor':>6s}  right?",
     ]
     unseen: dict[str, list[str]] = {}
+    faint, far = [], []
     for (component, protocol), shows in sorted(sizes.items(), key=lambda item: COMPONENTS.index(item[0][0])):
         report = found[component, protocol]
         held = report["error"]["heldout"]
@@ -237,20 +255,26 @@ def table(found: Found, sizes: dict[tuple[str, str], float], alone: dict[str, fl
         mark = judged(component, report, shows)
         named = f"{report['verdict']}: {' and '.join(effects)}" if effects else report["verdict"]
         lines.append(f"{component:13s}{protocol:10s}{shows:6.2f}  {figures}  {mark}: {named}")
+        if effects and held["after"] > 3 * math.hypot(alone[protocol], NOISE, math.sqrt(3) * arm.OFFSET):
+            far.append(f"{component} in {protocol} {held['after']:.2f}")
         if shows < NOISE:
             unseen.setdefault(component, []).append(f"{protocol} {shows:.2f} mm")
+        elif shows < 2 * NOISE:
+            faint.append(f"{component} in {protocol} {shows:.2f} mm")
     marks = [judged(c, found[c, p], shows) for (c, p), shows in sizes.items()]
-    counts = {
-        m: sum(n.startswith(m) for n in marks) for m in ("right", "and", "in the set", "its like", "hidden")
-    }
     left = ", ".join(f"{name} {size:.2f}" for name, size in alone.items())
     lines += [
         "Errors held out, mm. shows: what the component does to the tip, mm RMS, once modulus and offset are",
         f"refitted without it; noise within a record is {NOISE:.2f} mm, and below that it counts as hidden.",
         f"Other numerics of the arm alone leave, mm: {left}.",
-        f"Right {counts['right']} of {len(marks)}; with another name beside it {counts['and']}; "
-        f"in the set but not first {counts['in the set']}; its like {counts['its like']}; "
-        f"nothing said where it is hidden {counts['hidden']}.",
+        f"Of {len(marks)}: "
+        + ", ".join(f"{words} {n}" for m, words in MARKS.items() if (n := _count(marks, m))),
+        "Right is what was expected; for the valve one of its two parts, dead-band or pressure-lag, or both.",
+        "Its like is what may rightly stand beside it as a set, in one mounting and one way of moving:",
+        *(f"  {component}: {', '.join(sorted(names))}" for component, names in ALIKE.items()),
         *(f"Hidden: {component} in {', '.join(where)}." for component, where in unseen.items()),
+        *([f"Named, but the number is far off, by what is left: {', '.join(far)} mm."] if far else []),
+        *([f"Hardly more than noise: {', '.join(faint)}."] if faint else []),
+        "Refused: without that component the base model is so far off that it is taken for another arm's.",
     ]
     return "\n".join(lines)

@@ -180,7 +180,9 @@ class DeckSolve:
         """The deck on a base of that compliance, rad/(N m)."""
         table, text = self.deck.table(), f"{np.degrees(compliance):.6g}"
         supports = {**table.get("supports", {}), "base_compliance": f"{text} deg/(N*m)"}
-        return self._derived(f"base {text} deg a Nm", {**table, "supports": supports}, lambda folder: None)
+        label = f"base {text} deg a Nm"
+        found = self._derived(label, {**table, "supports": supports}, lambda folder: None)
+        return replace(found, known={"frame": self.frame()})  # by pressure alone both stand alike
 
     def moment(self, pull: float, tip: float) -> float:
         """N m about the base of the level body at rest, its weight at `pull` m/s^2, a force of `tip` N on its

@@ -52,6 +52,8 @@ GRID = 1e-3
 """s; spacing of the pressures that a time loop gets."""
 MODAL_GRID = 1e-2
 """s; step of the implicit integration."""
+FINER = (1, 4, 16, 64)
+"""Parts of that step, tried in turn where the motion on a compliant base is not found."""
 LONGEST = 2e4
 """s; a longer record is a slip of units, or has a gap of hours."""
 SAFE = 0.9
@@ -193,9 +195,12 @@ class Rod:
         weight = mass[:, None] * self.pull(orientation)
         shape = (*bases(rod.n), self.hinge, rod.length, rod.axial, rod.bending, self.compliance)
         path = np.vstack([self.strains(np.zeros((1, CHAMBERS))), strain[1:]])
-        tip = implicit(path, grid, weight, mass, rod.mass, rod.viscous, shape)
-        if np.all(np.isfinite(tip)):
-            return self._placed(tip)
+        for fine in FINER if self.compliance else FINER[:1]:
+            between = np.arange(fine * (len(path) - 1) + 1) / fine
+            finer = np.stack([np.interp(between, np.arange(len(path)), c) for c in path.T], axis=1)
+            tip = implicit(finer, grid / fine, weight, mass, rod.mass, rod.viscous, shape)[::fine]
+            if np.all(np.isfinite(tip)):
+                return self._placed(tip)
         if self.compliance:
             raise InputError(
                 "the rod's motion on its compliant base is not found: too much load for its stiffness; "

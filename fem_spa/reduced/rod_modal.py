@@ -27,6 +27,8 @@ MODES = 2 * BEND + TWIST + 2 * SHEAR + STRETCH
 CLOSE = 1e-6
 """Newton's last step in strain (curvatures times the length of the rod)."""
 MOST = 40
+SHORT = 0.2
+"""Longest step of Newton's method where it was in trouble, likewise."""
 
 
 def bases(n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -194,15 +196,18 @@ def _invert(A, inverse):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _solve(q, inverse, anew, r, v, load, known, rate, drag, strain, rod, work):
-    """Newton from q (m,) in place, `inverse` the kept inverse Jacobian; True where it converges."""
+def _solve(q, inverse, anew, careful, r, v, load, known, rate, drag, strain, rod, work):
+    """Newton from q (m,) in place, `inverse` the kept inverse Jacobian; True where it converges.
+
+    careful : a new Jacobian at every step, and no step larger than `SHORT`
+    """
     m = q.size
     R, T, s, y, c = np.empty(m), np.empty(m), np.zeros(m), np.empty(m), np.empty(m)
     J = np.empty((m, m))
     before = math.inf
-    for turn in range(MOST):
+    for turn in range(5 * MOST if careful else MOST):
         balance(q, R, r, v, load, known, rate, drag, strain, rod, work)
-        if anew or turn == 8:
+        if anew or careful or turn == 8:
             for j in range(m):
                 keep = q[j]
                 q[j] += 1e-6
@@ -225,7 +230,7 @@ def _solve(q, inverse, anew, r, v, load, known, rate, drag, strain, rod, work):
         if not math.isfinite(size):
             return False
         for i in range(m):
-            s[i] /= max(1.0, size)
+            s[i] /= max(1.0, size / SHORT if careful else size)
             q[i] += s[i]
         if size < CLOSE:
             balance(q, R, r, v, load, known, rate, drag, strain, rod, work)
@@ -267,8 +272,14 @@ def implicit(strain, step, weight, mass, damped, slow, rod):
         for i in range(count):
             last[i] = q[i]
             q[i] += move[i]
-        if not _solve(q, inverse, m <= 1, r, v, load, known, rate, drag, strain[m], rod, work):
-            return out
+        if not _solve(q, inverse, m <= 1, False, r, v, load, known, rate, drag, strain[m], rod, work):
+            for i in range(count):
+                q[i] = last[i]
+            soft = count > MODES  # else the explicit loop is at hand
+            if not soft or not _solve(
+                q, inverse, True, True, r, v, load, known, rate, drag, strain[m], rod, work
+            ):
+                return out
         for i in range(count):
             move[i] = q[i] - last[i] if m > 0 else 0.0
         for k in range(n + 1):

@@ -17,10 +17,17 @@ from fem_spa.deck import read_deck
 from fem_spa.errors import InputError
 from fem_spa.loop.base_fem import DeckModel, read_deck_model
 from fem_spa.loop.decide import Decision
-from fem_spa.loop.deck_forms import STRUCTURAL, Work, _lagrange, _too_long, _walled, form_of
+from fem_spa.loop.deck_forms import STRUCTURAL, Work, _lagrange, _too_long, _walled, deck_word, form_of
 from fem_spa.loop.deck_solve import DeckSolve, Frame, digest
 from fem_spa.loop.deck_word import _renamed
+from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.loop.fit import fit, polished
 from fem_spa.loop.model_file import read_source
+from fem_spa.loop.noise import Noise, Whitener
+from fem_spa.loop.prepare import prepare as prepare_case
+from fem_spa.loop.prepare import train_runs
+from fem_spa.loop.records import read_records
+from fem_spa.loop.split import split
 from fem_spa.prepare import prepare
 from fem_spa.reduced.curve import from_points, read_columns
 from fem_spa.reduced.model import Drive
@@ -237,6 +244,38 @@ def test_the_kept_curve_is_that_of_solve(heavy: tuple[Path, list[Path], Path, di
     assert main(["solve", str(folder / "deck.toml"), "--out", str(folder / "again")]) == 0
     own, again = (read_columns(place / "curve.csv")[1] for place in (folder, folder / "again"))
     assert own[-1, 2] == pytest.approx(again[-1, 2], rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_compliant_base_is_fitted_in_the_deck(tmp_path: Path) -> None:
+    """Records of a heavy deck on a base of 250 deg/(N*m), hanging and level; the model's base is fast."""
+    deck_in(tmp_path)
+    (tmp_path / "soft.toml").write_text(DECK + '[supports]\nbase_compliance = "250 deg/(N*m)"\n')
+    (tmp_path / "model.toml").write_text('[model]\nkind = "fem"\ndeck = "deck.toml"\ngravity = 1.0\n')
+    truth = read_deck_model({"kind": "fem", "deck": "soft.toml", "gravity": 1.0}, tmp_path, tmp_path / "t")
+    rng, files = np.random.default_rng(5), []
+    for k, top in enumerate((45e3, 45e3, 30e3, 30e3)):
+        turned = np.pi / 2 * (k % 2)  # in one orientation gain and offset do as well
+        t = np.arange(0.0, 16.0, 0.1)
+        p = top * (1 - np.abs(1 - 2 * (t / 8 % 1)))
+        y = np.degrees(truth.simulate(Drive(t, p[:, None], turned))[:, 0]) + rng.normal(0, 0.05, len(t))
+        rows = "\n".join(f"{a:.6g},{b / 1e3:.6g},{c:.6g}" for a, b, c in zip(t, p, y, strict=True))
+        files.append(tmp_path / f"r{k}.csv")
+        head = f"# orientation: {np.degrees(turned):g} deg\ntime [s],pressure [kPa],angle [deg]\n"
+        files[-1].write_text(f"{head}{rows}\n")
+    source = read_source(tmp_path / "model.toml", tmp_path / "out")
+    case = prepare_case(source, split(read_records(files), [], 1))
+    data, effect = case.data, EFFECTS["base-compliance"]
+    plain = case.chain.response(data, (), case.chain.base.values)
+    noise = Noise(np.radians(0.05), 0.0, 1.0, np.radians(0.02), 0.0)
+    whiten = Whitener(data, noise, case.chain.gain * (plain - case.chain.rest), train_runs(data))
+    chain = case.chain.with_effects((effect,), (np.array([0.05]),))
+    block = fit(chain, data, whiten, chain.effects, chain.thetas).chain
+    _, found, told = deck_word(Work(source, data, case.full, whiten), polished(block, data), effect.name)
+    assert told.used and told.parameter is not None and told.deck is not None and told.block is not None
+    assert told.parameter["value"] == pytest.approx(250, rel=0.08)
+    assert told.deck[1] < 0.5 * told.block[1]
+    assert found.deck is not None and found.deck.solve.deck.supports.base_compliance is not None
 
 
 def test_a_rival_that_takes_the_place_of_a_name_leaves_it_as_its_rival() -> None:

@@ -220,6 +220,7 @@ def test_an_arm_is_judged_by_what_is_named() -> None:
 
     def report(*names: str, rivals: Sequence[str] = ()) -> dict[str, Any]:
         return {
+            "verdict": "ambiguous",
             "effects": [{"name": n, "rivals": list(rivals)} for n in names],
             "candidates": [*names, *rivals],
         }
@@ -232,6 +233,7 @@ def test_an_arm_is_judged_by_what_is_named() -> None:
     assert judged("gravity", report("gravity", "creep"), 3.0) == "and creep"
     assert judged("gravity", report(), 0.1) == "hidden"
     assert judged("gravity", report(), 3.0) == "missed"
+    assert judged("gravity", {**report(), "verdict": "insufficient"}, 3.0) == "refused"
     assert judged("valve", report("pressure-lag", "dead-band"), 3.0) == "right"
 
 

@@ -124,10 +124,10 @@ def weights_of(contrast: Contrast, what: Seen, kept: dict | None = None) -> np.n
     if key not in kept:
         kept[key] = _put_aside(contrast, what), contrast
     rows, u = kept[key][0]
-    pattern = contrast.pattern[rows]
-    whole = float(np.sum((pattern - pattern.mean(axis=0)) ** 2))
-    if contrast.groups is not None:
-        pattern = _centred(pattern, contrast.groups[rows])
+    pattern = _varying(contrast, rows)
+    whole = float(np.sum(pattern**2))
+    if contrast.groups is None:
+        pattern = contrast.pattern[rows]
     left = pattern.ravel() - u @ (u.T @ pattern.ravel())
     squares = float(left @ left)
     if not squares > LEAST_LEFT * whole or whole <= 0.0:
@@ -161,8 +161,14 @@ def left_over(contrast: Contrast, what: Seen) -> float:
 def shown(contrast: Contrast, what: Seen, weights: np.ndarray) -> float:
     """The same, by its weights."""
     rows = what.rows if contrast.groups is None else what.rows & (contrast.groups >= 0)
+    return float(1.0 / np.sum(weights**2) / np.sum(_varying(contrast, rows) ** 2))
+
+
+def _varying(contrast: Contrast, rows: np.ndarray) -> np.ndarray:
+    """Rows of the pattern less their mean, or that of their group."""
     pattern = contrast.pattern[rows]
-    return float(1.0 / np.sum(weights**2) / np.sum((pattern - pattern.mean(axis=0)) ** 2))
+    groups = np.zeros(len(pattern)) if contrast.groups is None else contrast.groups[rows]
+    return _centred(pattern, groups)
 
 
 def _centred(x: np.ndarray, groups: np.ndarray) -> np.ndarray:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fem_spa.loop.compose import Chain
-from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.signatures.measure import gauge, seen
 from fem_spa.loop.signatures.statistic import Seen
@@ -26,8 +24,7 @@ MOSTLY = 0.25
 
 
 def signature_of(name: str, study: Study, size: float, unit: str) -> dict[str, Any] | None:
-    """Statistic in words, its value and standard deviations of noise in the residual of the refitted base and
-    of the model with what was found; None for an effect that has none. What else is named does not count.
+    """Statistic in words, its value and standard deviations of noise before and after; None without one.
 
     Parameters
     ----------
@@ -41,11 +38,12 @@ def signature_of(name: str, study: Study, size: float, unit: str) -> dict[str, A
         "unit": unit if statistic.unit == "output" else statistic.unit,
         "expected_sign": statistic.sign or None,
     }
-    made = gauge(statistic, _what(name, study), study.decision.noise)
+    what, before = _seen(name, study)
+    made = gauge(statistic, what, study.decision.noise)
     if isinstance(made, str):
         none = dict.fromkeys(("before", "after", "z_before", "z_after"))
         return {**table, "at": "", **none, "why_not": made}
-    read = made.read(residual(study, study.before_rows), residual(study, study.after_rows))
+    read = made.read(before, residual(study, study.after_rows))
     one = size if statistic.unit == "output" or read.partly else 1.0
     if read.partly:
         table |= {"statistic": statistic.words + PARTLY, "unit": unit}
@@ -60,35 +58,30 @@ def signature_of(name: str, study: Study, size: float, unit: str) -> dict[str, A
     }
 
 
-def _what(name: str, study: Study) -> Seen:
-    """What the statistic may look at; of a lattice, its step and what is rounded to it."""
-    chain, data = study.case.chain, study.case.data
-    if name != "quantisation":
-        others = contributions(study.decision.best.trial.fit.chain, data, study.decision.chosen, name)
-        return besides(seen(chain, data), others)
-    after = study.after
-    place = [e.name for e in after.effects].index(name)
-    kept = [i for i in range(len(after.effects)) if i != place]
-    smooth = after.with_effects([after.effects[i] for i in kept], [after.thetas[i] for i in kept])
-    return seen(chain, data, after.thetas[place], smooth.response(data, smooth.thetas, smooth.base.values))
+def _seen(name: str, study: Study) -> tuple[Seen, np.ndarray]:
+    """What the statistic may look at, and (n, d) what is left before.
+
+    By the refitted base, or by the model with the other effects in it where several are named. Of a lattice
+    its step, too, and what is rounded to it.
+    """
+    base, data = study.case.chain, study.case.data
+    if name == "quantisation":
+        after = study.after
+        theta = next(t for e, t in zip(after.effects, after.thetas, strict=True) if e.name == name)
+        smooth = without(after, name)
+        sensed = smooth.response(data, smooth.thetas, smooth.base.values)
+        return seen(base, data, theta, sensed), residual(study, study.before_rows)
+    found = study.decision.best.trial.fit.chain
+    if len(found.effects) > 1 and name in [e.name for e in found.effects]:
+        rest = without(found, name)
+        return seen(rest, data), data.output - rest.predict(data)
+    return seen(base, data), residual(study, study.before_rows)
 
 
-def contributions(chain: Chain, data: Data, chosen: Sequence[str], name: str) -> np.ndarray:
-    """(n, d, k) what each of the chosen effects but `name` adds to the prediction of a fitted chain."""
-    here = chain.response(data, chain.thetas, chain.base.values)
-    columns = [np.zeros((*here.shape, 0))]
-    for i, effect in enumerate(chain.effects):
-        if effect.name != name and effect.name in chosen:
-            others = [k for k in range(len(chain.effects)) if k != i]
-            rest = chain.with_effects([chain.effects[k] for k in others], [chain.thetas[k] for k in others])
-            without = rest.response(data, rest.thetas, rest.base.values)
-            columns.append(chain.gain * (here - without)[:, :, None])
-    return np.concatenate(columns, axis=2)
-
-
-def besides(what: Seen, columns: np.ndarray) -> Seen:
-    """The same with (n, d, k) more that must not count."""
-    return replace(what, free=np.concatenate([what.free, columns], axis=2))
+def without(chain: Chain, name: str) -> Chain:
+    """A fitted chain without one of its effects."""
+    kept = [i for i, effect in enumerate(chain.effects) if effect.name != name]
+    return chain.with_effects([chain.effects[i] for i in kept], [chain.thetas[i] for i in kept])
 
 
 def residual(study: Study, predictions: list[np.ndarray]) -> np.ndarray:
