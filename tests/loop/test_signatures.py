@@ -42,7 +42,7 @@ TYPICAL = {
     "temperature": [0.1, 0.0, 300.0],
     "delamination": [0.1, 0.0, 0.55],
     "creep": [0.02, 0.03, 0.03, 0.02],
-    "hysteresis": [0.0, 0.2, 0.1, 0.0, 0.5],
+    "hysteresis": [0.0, 0.2, 0.1, 0.0, 0.5, 0.5],
     "viscous-lag": [0.15, 0.0],
     "inertia": [0.6, 0.3],
     "snap-through": [0.1, 0.5, 0.08, 0.02, 0.1],
