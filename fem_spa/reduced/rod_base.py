@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
-from fem_spa.reduced.rod_static import _by_steps, settle
+from fem_spa.reduced.rod_static import by_steps, settle
 
 CLOSE = 1e-12
 """rad, of the turn."""
@@ -61,7 +61,7 @@ def _leaves(theta, x, J, known, Q, r, rest, force, loads, hinge, length, axial, 
         x[0], x[1], x[2] = rest[1], rest[2], 0.0
         known = settle(x, J, True, Q, r, rest, loads, 1.0, hinge, length, axial, bending)
     if not known:
-        known = _by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending)
+        known = by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending)
     if not known:
         return False
     for j in range(3):

@@ -206,7 +206,7 @@ def equilibria(strain, Q, r, weight, tip_force, hinge, length, axial, bending):
             x[0], x[1], x[2] = rest[1], rest[2], 0.0
             known = settle(x, J, True, Q, r, rest, loads, 1.0, hinge, length, axial, bending)
         if not known:
-            known = _by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending)
+            known = by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending)
         if known:
             for j in range(3):
                 out[m, j] = r[n, j]
@@ -214,7 +214,7 @@ def equilibria(strain, Q, r, weight, tip_force, hinge, length, axial, bending):
 
 
 @njit(cache=True, nogil=True)
-def _by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending):
+def by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending):
     """Loads and spontaneous strains put on in steps that halve where one fails."""
     y = np.zeros(3)
     for j in range(3):
