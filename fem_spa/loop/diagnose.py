@@ -43,7 +43,7 @@ from fem_spa.loop.report_json import (
 )
 from fem_spa.loop.search import Found, search
 from fem_spa.loop.signatures.told import signature_of
-from fem_spa.loop.split import split
+from fem_spa.loop.split import split, unseen
 from fem_spa.loop.teeth import lattice_step, resting_step, without_teeth
 from fem_spa.loop.told import figures, progress, sentence
 from fem_spa.loop.unable import unable
@@ -304,6 +304,7 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
     d, case = study.decision, study.case
     records, train = case.split.records, case.split.train
     names = list(study.after.base.names)
+    alone = {file: [words] for file, words in unseen(case.split).items()}
     sizes = unit_size(records[0].units[names[0]], names[0])
     table = errors(
         records,
@@ -364,7 +365,9 @@ def _report(study: Study, files: Sequence[Path], seed: int) -> dict[str, Any]:
         "reasons": list(d.reasons),
         "localisation": place_table(study.places),
         "provisional": case.split.provisional,
-        "audit": [{"file": r.path.name, "notes": remarks(r)} for r in records],
+        "audit": [
+            {"file": r.path.name, "notes": [*remarks(r), *alone.get(r.path.name, [])]} for r in records
+        ],
     }
     return clean(report)  # type: ignore[no-any-return]
 

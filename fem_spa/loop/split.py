@@ -61,10 +61,33 @@ def split(records: Sequence[Record], holdout: Sequence[Path], seed: int) -> Spli
     return Split(tuple(records), train, records[furthest].name, sum(train) == 1)
 
 
+def unseen(parted: Split) -> dict[str, str]:
+    """Held-out record -> what it alone has, so that no fit can tell what comes of it."""
+    fitted = [pose(r) for r, train in zip(parted.records, parted.train, strict=True) if train]
+    words = {}
+    for record, train in zip(parted.records, parted.train, strict=True):
+        new = [name for k, name in enumerate(_POSE) if all(pose(record)[k] != p[k] for p in fitted)]
+        if not train and new:
+            words[record.path.name] = (
+                f"no record to fit has its {' or its '.join(new)}: what gravity or a payload does there "
+                "shows in its error only; take such a record to fit"
+            )
+    return words
+
+
+_POSE = ("orientation", "payload")
+
+
+def pose(record: Record) -> tuple[float, float]:
+    """rad and kg, as compared."""
+    return round(record.orientation or 0.0, 2), record.payload or 0.0
+
+
 def _alone(records: Sequence[Record], one: int, without: set[int]) -> bool:
     """Whether no other record, but those `without`, has its orientation and its payload."""
-    poses = [(round(r.orientation or 0.0, 2), r.payload or 0.0) for r in records]
-    return not any(pose == poses[one] for i, pose in enumerate(poses) if i != one and i not in without)
+    return not any(
+        pose(r) == pose(records[one]) for i, r in enumerate(records) if i != one and i not in without
+    )
 
 
 def _cut(record: Record) -> Split:

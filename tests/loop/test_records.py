@@ -15,7 +15,7 @@ from fem_spa.errors import InputError
 from fem_spa.loop.audit import ahead
 from fem_spa.loop.data import spikes
 from fem_spa.loop.records import NoTime, read_record, read_records
-from fem_spa.loop.split import split
+from fem_spa.loop.split import split, unseen
 
 HEAD = "time [s],pressure [kPa],angle [deg]\n"
 
@@ -115,6 +115,14 @@ def test_a_pose_is_never_held_out_whole(tmp_path: Path, turned: list[int], kept:
         poses = [r.orientation for r, train in zip(parted.records, parted.train, strict=True) if train]
         assert sum(abs(pose - math.pi) < 1e-6 for pose in poses if pose is not None) >= kept
         assert sum(parted.train) == 3
+
+
+def test_a_pose_that_is_only_held_out_is_told(tmp_path: Path) -> None:
+    _, files = write_case(tmp_path, duhem, shares=drives()[:4])
+    files[3].write_text(files[3].read_text().replace("# orientation: 0 deg", "# orientation: 180 deg"))
+    told = unseen(split(read_records(files), files[3:], 0))
+    assert list(told) == [files[3].name] and "its orientation:" in told[files[3].name]
+    assert unseen(split(read_records(files), files[2:3], 0)) == {}
 
 
 @pytest.mark.parametrize(("shift", "said"), [(0.3, True), (0.0, False), (-0.5, False)])
