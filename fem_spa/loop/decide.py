@@ -23,6 +23,7 @@ from fem_spa.loop.noise import Noise, Whitener, between, fit_noise, repeating
 from fem_spa.loop.placebo import OF_THE_SESSION
 from fem_spa.loop.screen import base_columns
 from fem_spa.loop.search import FoldErrors, Found, Trial, fold_errors, several_records
+from fem_spa.loop.signatures.told import unmarked
 
 TOLERANCE = 0.05
 """Sets within this share of the best's explained error stay rivals: the true law is never the library's."""
@@ -139,6 +140,8 @@ def decide(chain: Chain, data: Data, found: Found, provisional: bool, seed: int)
     best = path[-1]
     if len(best.trial.names) > 1 and best.share < _enough(best):
         best = next((s for s in path[::-1] if _stands(s)), best)
+    marked = set(best.trial.names) - set(unmarked(best.trial.fit.chain, data, noise))
+    best = next((s for s in scored if set(s.trial.names) == marked), path[0])
     known = _learnable(chain, data, found, level, runs)
     left = 1.0 - best.share
     large = _relative(found.base, level, data) > LARGEST_NOISE

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fem_spa.loop.compose import Chain
+from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
+from fem_spa.loop.noise import Noise
 from fem_spa.loop.signatures.measure import gauge, seen
 from fem_spa.loop.signatures.statistic import Seen
 from fem_spa.output.words import number
@@ -21,6 +23,25 @@ NOISE = 3.0
 PARTLY = " (what of it shows, at most)"
 MOSTLY = 0.25
 """Share of the figure before that may be left of one that is called gone."""
+
+
+def unmarked(found: Chain, data: Data, noise: Noise) -> tuple[str, ...]:
+    """Of several fitted effects those whose own mark is not in what the others leave, or has the other sign.
+
+    Effects whose mark these records cannot show, or that have none, are not among them.
+    """
+    names = []
+    for effect in found.effects if len(found.effects) > 1 else ():
+        if effect.signature is None:
+            continue
+        rest = without(found, effect.name)
+        made = gauge(effect.signature, seen(rest, data), noise)
+        if isinstance(made, str):
+            continue
+        read = made.read(data.output - rest.predict(data))
+        if abs(read.deviations[0]) < NOISE or effect.signature.sign * read.values[0] < 0.0:
+            names.append(effect.name)
+    return tuple(names)
 
 
 def signature_of(name: str, study: Study, size: float, unit: str) -> dict[str, Any] | None:
