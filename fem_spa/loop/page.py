@@ -208,7 +208,7 @@ def _marks(report: dict[str, Any]) -> str:
         rows += _row([escaped(name), escaped(mark["statistic"]) + place, *map(escaped, cells(mark))], "th")
     words = (
         "A model that lacks an effect leaves the effect's own mark in its error: it should be there before "
-        "and gone after. Figures within three times their noise may be noise. The verdict does not use them."
+        "and gone after. Figures within three times their noise may be noise."
     )
     return f'<p>{words}</p><div class="scroll"><table>{rows}</table></div>'
 

@@ -17,11 +17,12 @@ from fem_spa.loop.effects.registry import EFFECTS
 from fem_spa.loop.fit import fit
 from fem_spa.loop.form import Freedom, contributions, formed, freedom
 from fem_spa.loop.model_file import read_source
-from fem_spa.loop.noise import Whitener, fit_noise
+from fem_spa.loop.noise import Noise, Whitener, fit_noise
 from fem_spa.loop.placebo import as_good_elsewhere
 from fem_spa.loop.prepare import prepare, train_runs
 from fem_spa.loop.records import read_records
 from fem_spa.loop.screen import make_atoms
+from fem_spa.loop.signatures.told import unmarked
 from fem_spa.loop.split import split
 
 Body = Callable[[list[np.ndarray]], list[np.ndarray]]
@@ -66,6 +67,17 @@ def test_form_takes_what_another_law_leaves_and_not_a_second_effect(tmp_path: Pa
     assert left.left - free.left > 0.2 * free.left, "the sinking is still to be explained"
     assert (both - left.left) / both < 0.6
     assert contributions(chain, data).shape == (1,) and contributions(chain, data)[0] > 0.0
+
+
+def test_what_has_left_no_mark_of_its_own_is_told(tmp_path: Path) -> None:
+    """A drift beside loops, fitted or not, that the records have not; the loops are there."""
+    chain, data, _ = fitted(tmp_path / "own", duhem)
+    drift = EFFECTS["sensor-drift"]
+    both = chain.with_effects((*chain.effects, drift), (*chain.thetas, np.array([0.02, 0.0, 1.0])))
+    span = float(np.ptp(data.output))
+    noise = Noise(0.0015 * span, 0.002 * span, 1.5, 0.004 * span, 0.003)
+    assert unmarked(both, data, noise) == ("sensor-drift",)
+    assert unmarked(chain, data, noise) == (), "one alone has the other gates"
 
 
 def test_the_history_of_other_records_does_as_well_where_it_is_theirs(tmp_path: Path) -> None:
