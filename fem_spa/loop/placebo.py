@@ -18,8 +18,7 @@ from fem_spa.loop.screen import base_columns
 ALIKE = 0.7
 """Correlation from which a placebo is the real thing again."""
 OF_THE_SESSION = ("time", "cycle", "max-history")
-"""Memories that run through the session: what they add is much the same for neighbouring records, no
-placebo."""
+"""Memories that run through the session: what they add changes little within a record."""
 
 
 def as_good_elsewhere(chain: Chain, data: Data, whiten: Whitener) -> tuple[str, ...]:
@@ -29,8 +28,6 @@ def as_good_elsewhere(chain: Chain, data: Data, whiten: Whitener) -> tuple[str, 
     residual = data.output - (chain.gain * here + chain.offset)
     failed = []
     for i, effect in enumerate(chain.effects):
-        if effect.memory in OF_THE_SESSION:
-            continue
         others = [k for k in range(len(chain.effects)) if k != i]
         rest = chain.with_effects([chain.effects[k] for k in others], [chain.thetas[k] for k in others])
         plain = rest.response(data, rest.thetas, chain.base.values)

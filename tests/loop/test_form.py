@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from loop_bench import curve, duhem, rubbing, write_case
+from loop_bench import curve, duhem, nothing, rubbing, write_case
 
 from fem_spa.loop.certificate import certificate, limits
 from fem_spa.loop.compose import Chain
@@ -83,6 +84,26 @@ def test_what_has_left_no_mark_of_its_own_is_told(tmp_path: Path) -> None:
 def test_the_history_of_other_records_does_as_well_where_it_is_theirs(tmp_path: Path) -> None:
     assert as_good_elsewhere(*fitted(tmp_path / "own", duhem)) == ()
     assert as_good_elsewhere(*fitted(tmp_path / "foreign", foreign)) == ("hysteresis",)
+
+
+@pytest.mark.parametrize(
+    ("name", "theta"), [("fatigue", [0.15, 0.0, 2.0]), ("sensor-drift", [0.1, 0.0, 1.0])]
+)
+def test_a_history_belongs_to_its_own_records(tmp_path: Path, name: str, theta: list[float]) -> None:
+    """The same trend with the records in another order: then the order is as good as the right one."""
+    chain, data, whiten = fitted(tmp_path, nothing)
+    base = chain.with_effects([], [])
+    worn = chain.with_effects([EFFECTS[name]], [np.array(theta)])
+    own = worn.predict(data) - base.predict(data)
+    parts = [run.part for run in data.runs if run.train]
+    foreign = np.zeros_like(own)
+    for k, part in enumerate(parts):
+        source = own[parts[(k + 2) % len(parts)]]
+        foreign[part] = source[np.minimum(np.arange(part.stop - part.start), len(source) - 1)]
+    grain = 0.002 * np.ptp(data.output) * np.random.default_rng(3).standard_normal(data.output.shape)
+    for there, failed in ((own, ()), (foreign, (name,))):
+        seen = replace(data, output=base.predict(data) + there + grain)
+        assert as_good_elsewhere(worn, seen, replace(whiten, data=seen)) == failed
 
 
 def test_directions_that_show_nothing_are_left_alone(tmp_path: Path) -> None:
