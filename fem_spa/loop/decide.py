@@ -23,7 +23,7 @@ from fem_spa.loop.noise import Noise, Whitener, between, fit_noise, repeating
 from fem_spa.loop.placebo import OF_THE_SESSION
 from fem_spa.loop.screen import base_columns
 from fem_spa.loop.search import FoldErrors, Found, Trial, fold_errors, several_records
-from fem_spa.loop.signatures.told import unmarked
+from fem_spa.loop.signatures.unmarked import unmarked
 
 TOLERANCE = 0.05
 """Sets within this share of the best's explained error stay rivals: the true law is never the library's."""

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
-from fem_spa.reduced.rod_static import by_steps, settle
+from fem_spa.reduced.rod_static import settle_from
 
 CLOSE = 1e-12
 """rad, of the turn."""
@@ -55,14 +55,7 @@ def _leaves(theta, x, J, known, Q, r, rest, force, loads, hinge, length, axial, 
             sums[j] += force[k + 1, j]
         for j in range(3):
             loads[k, j] = R[0, j] * sums[0] + R[1, j] * sums[1] + R[2, j] * sums[2]
-    if known:
-        known = settle(x, J, False, Q, r, rest, loads, 1.0, hinge, length, axial, bending)
-    if not known:
-        x[0], x[1], x[2] = rest[1], rest[2], 0.0
-        known = settle(x, J, True, Q, r, rest, loads, 1.0, hinge, length, axial, bending)
-    if not known:
-        known = by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending)
-    if not known:
+    if not settle_from(x, J, known, Q, r, rest, loads, hinge, length, axial, bending):
         return False
     for j in range(3):
         g[j] = -theta[j]

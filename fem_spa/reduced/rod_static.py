@@ -201,12 +201,7 @@ def equilibria(strain, Q, r, weight, tip_force, hinge, length, axial, bending):
                 continue
             x[0] += rest[1] - old[1]
             x[1] += rest[2] - old[2]
-            known = settle(x, J, False, Q, r, rest, loads, 1.0, hinge, length, axial, bending)
-        if not known:
-            x[0], x[1], x[2] = rest[1], rest[2], 0.0
-            known = settle(x, J, True, Q, r, rest, loads, 1.0, hinge, length, axial, bending)
-        if not known:
-            known = by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending)
+        known = settle_from(x, J, known, Q, r, rest, loads, hinge, length, axial, bending)
         if known:
             for j in range(3):
                 out[m, j] = r[n, j]
@@ -214,7 +209,18 @@ def equilibria(strain, Q, r, weight, tip_force, hinge, length, axial, bending):
 
 
 @njit(cache=True, nogil=True)
-def by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending):
+def settle_from(x, J, known, Q, r, rest, loads, hinge, length, axial, bending):
+    """From a neighbour's x and J where they are `known`, else from the unloaded rod, else by steps."""
+    if known and settle(x, J, False, Q, r, rest, loads, 1.0, hinge, length, axial, bending):
+        return True
+    x[0], x[1], x[2] = rest[1], rest[2], 0.0
+    if settle(x, J, True, Q, r, rest, loads, 1.0, hinge, length, axial, bending):
+        return True
+    return _by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending)
+
+
+@njit(cache=True, nogil=True)
+def _by_steps(x, J, Q, r, rest, loads, hinge, length, axial, bending):
     """Loads and spontaneous strains put on in steps that halve where one fails."""
     y = np.zeros(3)
     for j in range(3):

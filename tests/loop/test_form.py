@@ -23,7 +23,7 @@ from fem_spa.loop.placebo import as_good_elsewhere
 from fem_spa.loop.prepare import prepare, train_runs
 from fem_spa.loop.records import read_records
 from fem_spa.loop.screen import make_atoms
-from fem_spa.loop.signatures.told import unmarked
+from fem_spa.loop.signatures.unmarked import unmarked
 from fem_spa.loop.split import split
 
 Body = Callable[[list[np.ndarray]], list[np.ndarray]]

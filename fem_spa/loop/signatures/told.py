@@ -7,41 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fem_spa.loop.compose import Chain
-from fem_spa.loop.data import Data
 from fem_spa.loop.effects.registry import EFFECTS
-from fem_spa.loop.noise import Noise
 from fem_spa.loop.signatures.measure import gauge, seen
 from fem_spa.loop.signatures.statistic import Seen
+from fem_spa.loop.signatures.unmarked import NOISE, without
 from fem_spa.output.words import number
 
 if TYPE_CHECKING:
     from fem_spa.loop.diagnose import Study
 
-NOISE = 3.0
-"""Standard deviations within which a figure may be noise."""
 PARTLY = " (what of it shows, at most)"
 MOSTLY = 0.25
 """Share of the figure before that may be left of one that is called gone."""
-
-
-def unmarked(found: Chain, data: Data, noise: Noise) -> tuple[str, ...]:
-    """Of several fitted effects those whose own mark is not in what the others leave, or has the other sign.
-
-    Effects whose mark these records cannot show, or that have none, are not among them.
-    """
-    names = []
-    for effect in found.effects if len(found.effects) > 1 else ():
-        if effect.signature is None:
-            continue
-        rest = without(found, effect.name)
-        made = gauge(effect.signature, seen(rest, data), noise)
-        if isinstance(made, str):
-            continue
-        read = made.read(data.output - rest.predict(data))
-        if abs(read.deviations[0]) < NOISE or effect.signature.sign * read.values[0] < 0.0:
-            names.append(effect.name)
-    return tuple(names)
 
 
 def signature_of(name: str, study: Study, size: float, unit: str) -> dict[str, Any] | None:
@@ -97,12 +74,6 @@ def _seen(name: str, study: Study) -> tuple[Seen, np.ndarray]:
         rest = without(found, name)
         return seen(rest, data), data.output - rest.predict(data)
     return seen(base, data), residual(study, study.before_rows)
-
-
-def without(chain: Chain, name: str) -> Chain:
-    """A fitted chain without one of its effects."""
-    kept = [i for i, effect in enumerate(chain.effects) if effect.name != name]
-    return chain.with_effects([chain.effects[i] for i in kept], [chain.thetas[i] for i in kept])
 
 
 def residual(study: Study, predictions: list[np.ndarray]) -> np.ndarray:
